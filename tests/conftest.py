@@ -64,11 +64,29 @@ def browser():
 
 
 @pytest.fixture
-def opened(browser, address):
-    """The explorer's page as it opens, still."""
+def fresh(browser, address):
+    """The explorer's page just loaded, still."""
     browser.problems.clear()
     browser.resize(1440, 900)
     browser.open(address)
     browser.run("explorer.play(false)")
+    yield browser
+    assert browser.problems == []
+
+
+@pytest.fixture
+def opened(browser, address):
+    """The explorer's page as it opens, still: the page of the test before, brought back, where nothing is left on it."""
+    from explorer_page import FRAME
+
+    browser.problems.clear()
+    browser.resize(1440, 900)
+    if browser.run("location.href") != address or not browser.run(
+        "!(explorer.carry || explorer.records.length || explorer.lessons.at || explorer.sound.on)"
+    ):
+        browser.open(address)
+    browser.run("explorer.play(false), explorer.open('#stick-slip'), explorer.seek(0)")
+    browser.run("scrollTo(0, 0), document.getElementById('panels').scrollTo(0, 0)")
+    browser.run(FRAME)
     yield browser
     assert browser.problems == []

@@ -265,3 +265,10 @@ def test_a_motion_that_repeats_in_one_window_and_not_in_another_is_one_attractor
     assert set(early["period"].to_numpy().ravel()) == {0, 4, 8}
     assert early["attractor_period"].to_numpy().tolist() == [4]
     assert early["fraction"].to_numpy().tolist() == [1.0]
+
+
+@pytest.mark.parametrize(("over", "units"), [("drive_velocity", "dimensionless"), ("mass", "SI")])
+def test_a_map_and_a_diagram_over_a_mass_are_not_dimensionless(over, units):
+    system, values = ss.paper.oscillator(0.3), [0.9, 1.1]
+    assert ss.orbit_diagram(system, over, values, periods=3, keep=1).attrs["units"] == units
+    assert ss.regime_map(system, {over: values}, transient=2, window=1).attrs["units"] == units

@@ -1,7 +1,6 @@
 """Sweeps in Zarr stores: killed, interrupted, out of room, elsewhere; nothing finished is lost and no byte differs."""
 
 import errno
-import importlib.util
 import os
 import signal
 import socket
@@ -14,14 +13,12 @@ import numpy as np
 import pytest
 import xarray as xr
 import zarr
+from evidence import script
 
 import stickslip as ss
 from stickslip.dynamics import store as stores
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "stores.py"
-_spec = importlib.util.spec_from_file_location("stores_evidence", SCRIPT)
-damaged = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(damaged)
+damaged = script("stores")
 
 FORCED = ss.Oscillator(
     damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 0.7)
@@ -47,11 +44,11 @@ def undisturbed(tmp_path_factory):
 
 def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
-    script = f"import pathlib, sys, time\nsys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-    script += "import test_analysis_store as t\n"
+    program = f"import pathlib, sys, time\nsys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+    program += "import test_analysis_store as t\n"
     slow = "workers=1, progress=lambda done, n: time.sleep(0.2)"
-    script += f"t.chart(pathlib.Path({str(path)!r}), {slow})"
-    child = subprocess.Popen([sys.executable, "-c", script])
+    program += f"t.chart(pathlib.Path({str(path)!r}), {slow})"
+    child = subprocess.Popen([sys.executable, "-c", program])
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline and not (
         path.exists() and np.count_nonzero(zarr.open_group(path, mode="r")["done"][:]) >= 2
@@ -199,12 +196,12 @@ def test_a_store_that_is_another_one_counts_as_different(tmp_path, monkeypatch):
 
 
 def test_a_store_that_was_killed_before_it_had_its_name_leaves_nothing(tmp_path):
-    script = f"import pathlib, sys, os, signal\nsys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-    script += (
+    program = f"import pathlib, sys, os, signal\nsys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+    program += (
         "import test_analysis_store as t\nt.stores._consolidate = lambda draft: os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    script += f"t.damaged.regime_map(pathlib.Path({str(tmp_path / 'map.zarr')!r}))"
-    subprocess.run([sys.executable, "-c", script], check=False)
+    program += f"t.damaged.regime_map(pathlib.Path({str(tmp_path / 'map.zarr')!r}))"
+    subprocess.run([sys.executable, "-c", program], check=False)
     (left,) = tmp_path.iterdir()
     assert left.name.endswith(".part")
     damaged.regime_map(tmp_path / "map.zarr")

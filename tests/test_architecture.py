@@ -1,16 +1,14 @@
 """The modules of the package import one way: no circle, only the stated arrows; no crowded folder, no vague name."""
 
 import ast
-import importlib.util
 import re
 from collections import Counter
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "architecture.py"
-_spec = importlib.util.spec_from_file_location("architecture", SCRIPT)
-architecture = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(architecture)
+from evidence import FOLDER, script
+
+architecture = script("architecture")
 
 #: Circles that are left. The list may only become shorter.
 LEFT: list[set[str]] = []
@@ -90,14 +88,16 @@ def _names(path: Path) -> set[str]:
 
 
 def test_names_are_words_of_the_field():
-    files = [*architecture.modules().values(), *(SCRIPT.parents[2] / "crates").glob("stickslip*/src/**/*.rs")]
+    files = [*architecture.modules().values(), *(FOLDER.parents[1] / "crates").glob("stickslip*/src/**/*.rs")]
     found = {}
     for path in files:
         words = {word for name in _names(path) for word in re.split(r"_|(?<=[a-z])(?=[A-Z])", name)}
         if private := {word: PRIVATE[word.lower()] for word in words if word.lower() in PRIVATE}:
-            found[str(path.relative_to(SCRIPT.parents[2]))] = private
+            found[str(path.relative_to(FOLDER.parents[1]))] = private
     assert found == {}
 
 
 def test_the_picture_is_current():
-    assert architecture.picture() == architecture.PICTURE.read_text(encoding="utf-8"), f"run python {SCRIPT.name}"
+    assert architecture.picture() == architecture.PICTURE.read_text(encoding="utf-8"), (
+        "run python docs/evidence/architecture.py"
+    )

@@ -24,31 +24,40 @@ def place(browser, key):
     )
 
 
-def test_the_page_says_the_steady_motion_and_draws_every_panel(opened):
-    assert facts(opened).startswith("Stick-slip, period 10.594341, amplitude 0.65503, sticks for 5.9246")
-    swept(opened)
-    opened.run(FRAME)
+def key(browser, panel):
+    """The colours that are named below a panel."""
+    row = f"document.getElementById('{panel}').closest('figure').querySelector('div.key')"
+    return browser.run(f"[...({row}?.children ?? [])].map((one) => one.textContent)")
+
+
+def test_the_page_says_the_steady_motion_draws_every_panel_and_names_its_colours(fresh):
+    assert facts(fresh).startswith("Stick-slip, period 10.594341, amplitude 0.65503, sticks for 5.9246")
+    swept(fresh)
+    fresh.run(FRAME)
     for panel in ("law", "phase", "displacement", "diagram", "spectrum", "surface"):
-        assert drawn(opened, panel) > 2000, panel
+        assert drawn(fresh, panel) > 2000, panel
+    assert key(fresh, "diagram") == ["stick-slip", "almost-harmonic", "stable slip"]
 
 
-def test_panels_below_are_computed_when_they_are_seen(opened):
-    opened.run(FRAME)
-    assert not any(opened.run(f"explorer.cells('{panel}')") for panel in ("regimes", "basin"))
-    opened.run("document.getElementById('regimes').scrollIntoView({ block: 'center' })")
-    opened.wait("explorer.idle && explorer.cells('regimes') && explorer.cells('basin')")
-    opened.run(FRAME)
+def test_panels_below_are_computed_when_they_are_seen_and_name_their_colours(fresh):
+    fresh.run(FRAME)
+    assert not any(fresh.run(f"explorer.cells('{panel}')") for panel in ("regimes", "basin"))
+    fresh.run("document.getElementById('regimes').scrollIntoView({ block: 'center' })")
+    fresh.wait("explorer.idle && explorer.cells('regimes') && explorer.cells('basin')")
+    fresh.run(FRAME)
     for panel in ("regimes", "basin"):
-        assert opened.run(f"explorer.cells('{panel}')") == 40**2
-        assert drawn(opened, panel) > 20_000, panel
-    box = opened.run("document.getElementById('regimes').getBoundingClientRect().toJSON()")
+        assert fresh.run(f"explorer.cells('{panel}')") == 40**2
+        assert drawn(fresh, panel) > 20_000, panel
+    assert key(fresh, "basin") == ["stick-slip", "stable slip", "paler: others of its kind"]
+    assert "almost-harmonic" in key(fresh, "regimes")
+    box = fresh.run("document.getElementById('regimes').getBoundingClientRect().toJSON()")
     x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
-    opened.drag((x, y), (x, y))
-    opened.run(FRAME)
-    assert opened.run("explorer.state.system.damping") == pytest.approx(0.5, abs=0.1)
-    assert opened.run("explorer.state.system.drive_velocity") == pytest.approx(0.3, abs=0.1)
+    fresh.drag((x, y), (x, y))
+    fresh.run(FRAME)
+    assert fresh.run("explorer.state.system.damping") == pytest.approx(0.5, abs=0.1)
+    assert fresh.run("explorer.state.system.drive_velocity") == pytest.approx(0.3, abs=0.1)
     # Nothing but the place in it changed: the map stands.
-    assert opened.run("explorer.cells('regimes')") == 40**2
+    assert fresh.run("explorer.cells('regimes')") == 40**2
 
 
 def test_a_slider_moves_every_panel_and_costs_few_questions(opened):
@@ -62,6 +71,29 @@ def test_a_slider_moves_every_panel_and_costs_few_questions(opened):
     assert opened.run("explorer.state.system.drive_velocity") == 0.3
     # Orbit, steady motion, law, break-away, spectrum, surface.
     assert opened.run("explorer.core.calls - before") <= 6
+
+
+def test_what_stands_still_is_not_drawn_and_what_is_swept_not_swept_again(opened):
+    swept(opened)
+    opened.wait("explorer.idle")
+    opened.run(FRAME)
+    opened.run(
+        """(() => { window.moments = 0; for (const panel of explorer.panels) panel.time = (...all) => {
+        window.moments++; Object.getPrototypeOf(panel).time.apply(panel, all); }; })()"""
+    )
+    opened.run(FRAME)
+    assert opened.run("window.moments") == 0
+    opened.run("explorer.seek(3)")
+    opened.run(FRAME)
+    drawn_once = opened.run("window.moments")
+    assert 0 < drawn_once <= opened.run("explorer.panels.length")
+    opened.run(FRAME)
+    assert opened.run("window.moments") == drawn_once
+    opened.run("explorer.panels.forEach((panel) => delete panel.time)")
+    for link, kept in (("#stick-slip", True), ("#almost-harmonic", False)):
+        opened.run(f"window.columns = explorer.diagram.up, explorer.open('{link}')")
+        opened.run(FRAME)
+        assert opened.run("explorer.diagram.up === window.columns") is kept, link
 
 
 def test_a_handle_follows_the_hand_and_the_arrow_keys(opened):
@@ -137,9 +169,8 @@ def test_a_refused_number_is_said_in_the_words_of_the_core(opened):
     assert facts(opened).startswith("Stick-slip")
 
 
-def test_a_motion_that_carries_on_keeps_to_its_kind(opened, address):
-    opened.open(f"{address}#stick-slip&start.x0=[1.2]&start.v0=[0]")
-    opened.run("explorer.play(false)")
+def test_a_motion_that_carries_on_keeps_to_its_kind(opened):
+    opened.run("explorer.open('#stick-slip&start.x0=[1.2]&start.v0=[0]')")
     assert facts(opened).startswith("Stable slip")
     opened.run("document.getElementById('carry').click()")
     opened.run("explorer.change([['system.drive_velocity', 0.19]])")
@@ -282,21 +313,6 @@ def test_the_orbit_diagram_says_where_the_sweeps_found_another_motion(opened):
         assert opened.run("explorer.diagram.another") is another, link
 
 
-def test_colours_are_named_below_each_picture_that_has_them(opened):
-    def key(panel):
-        row = f"document.getElementById('{panel}').closest('figure').querySelector('div.key')"
-        return opened.run(f"[...({row}?.children ?? [])].map((one) => one.textContent)")
-
-    swept(opened)
-    opened.run(FRAME)
-    assert key("diagram") == ["stick-slip", "almost-harmonic", "stable slip"]
-    opened.run("document.getElementById('basin').scrollIntoView({ block: 'center' })")
-    opened.wait("explorer.idle && explorer.cells('basin')")
-    opened.run(FRAME)
-    assert key("basin") == ["stick-slip", "stable slip", "paler: others of its kind"]
-    assert "almost-harmonic" in key("regimes")
-
-
 def test_a_long_table_is_folded_and_its_rings_take_their_neighbours_with_them(opened):
     nodes = [[w, 0.5 - 0.1 * w] for w in np.linspace(0, 2, 97)]
     law = {"type": "Tabulated", "kinetic": nodes, "break_away": 0.6}
@@ -348,8 +364,8 @@ def test_a_lesson_on_a_phone_holds_what_is_moved_beside_the_words_that_answer(op
     assert small == []
 
 
-def test_a_motion_that_does_not_repeat_has_its_exponent(opened, address):
-    opened.open(f"{address}#forced")
+def test_a_motion_that_does_not_repeat_has_its_exponent(opened):
+    opened.run("explorer.open('#forced')")
     assert "does not repeat" in facts(opened)
     value, error = re.search(
         r"does not repeat: chaotic .* Lyapunov exponent (0[.]\d+) ± (0[.]\d+)\)", settled(opened)

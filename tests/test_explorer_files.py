@@ -18,8 +18,8 @@ from stickslip.report.report import Report
 
 
 @pytest.mark.parametrize("preset", ["stick-slip", "forced", "brake", "chain"])
-def test_the_exported_system_is_simulated_to_the_same_bits(opened, address, tmp_path, preset):
-    opened.open(f"{address}#{preset}")
+def test_the_exported_system_is_simulated_to_the_same_bits(opened, tmp_path, preset):
+    opened.run(f"explorer.open('#{preset}')")
     opened.run("explorer.change([['system.drive_velocity', 0.1 + 0.2]])")
     opened.run(FRAME)
     (tmp_path / "system.toml").write_text(opened.run("explorer.toml()"), encoding="utf-8")
@@ -75,9 +75,8 @@ def fitted(browser):
     # Where a forced slip turns between two samples the force rate of the turn is a little off.
     [("stick-slip", ["B.1", "phi", "psi", "static_friction.limit"], 1e-6), ("forced", ["B.1", "phi"], 1e-2)],
 )
-def test_a_record_dropped_on_the_page_gives_its_law_back(opened, address, preset, free, slack):
-    opened.open(f"{address}#{preset}")
-    opened.run("explorer.play(false)")
+def test_a_record_dropped_on_the_page_gives_its_law_back(opened, preset, free, slack):
+    opened.run(f"explorer.open('#{preset}')")
     opened.run(FRAME)
     opened.run("explorer.read('orbit.csv', explorer.csv())")
     for path, factor in zip(free, [1.05, 0.7, 0.8, 0.7], strict=False):

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.util
 import signal
 import subprocess
 import sys
 import threading
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from evidence import script
 
 import stickslip as ss
 from stickslip import show
@@ -223,10 +222,7 @@ def test_ctrl_c_ends_a_run_at_once(engine, child):
     assert int(events) == len(ss.simulate(long_run("closed form"), 50.0).events)
 
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "interruption.py"
-_spec = importlib.util.spec_from_file_location("interruption_evidence", SCRIPT)
-evidence = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(evidence)
+evidence = script("interruption")
 
 
 @pytest.mark.parametrize(

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from evidence import script
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
@@ -407,18 +405,9 @@ def test_what_a_spring_cannot_be_is_refused_in_one_sentence():
         ss.periodic_orbit(ss.Oscillator(0.1, S, STATIC, springs=ss.Spring(cubic=1.0)))
 
 
-def _cases() -> Any:
-    path = Path(__file__).parents[1] / "docs" / "evidence" / "validation.py"
-    spec = importlib.util.spec_from_file_location("validation_of_loads", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_the_map_of_feeny_and_moon_has_one_dimension_and_one_turning_point():
     """In the chaotic motion every period has a phase at which the mass sticks: from one such place follows the next."""
-    motion = _cases().feeny_moon(0.5, 700)
+    motion = script("validation").feeny_moon(0.5, 700)
     places, v = motion.at(np.arange(100, 700) * 2 * np.pi / 1.25)
     assert np.abs(v).max() == 0.0
     order = np.argsort(places[:-1])
@@ -438,7 +427,7 @@ def test_the_map_of_feeny_and_moon_has_one_dimension_and_one_turning_point():
 @pytest.mark.slow
 def test_the_least_bow_force_falls_about_with_the_square_of_the_distance_from_the_bridge():
     """Raman and Schelleng: f_min ∝ 1/β². Below it a second slip comes in, or the bow holds no longer."""
-    bowed = _cases().bowed_string
+    bowed = script("validation").bowed_string
 
     def least(at: int) -> float:
         low, high = 0.5, 30.0

@@ -117,7 +117,7 @@ def test_a_limit_is_found_to_a_part_of_its_error_however_narrow_its_evidence_is(
         return 2 * (np.exp(off) - 1 - off) * (skew / width) ** 2
 
     positions = np.linspace(0, 10, 11)
-    search = SimpleNamespace(search=SimpleNamespace(step=1.0))
+    search = SimpleNamespace(model=SimpleNamespace(step=1.0))
     found, error = _OneStick._centre(search, deviance, positions, deviance(positions), False)
     assert abs(found - true) < 0.1 * width
     assert 0.8 * max(width, FINEST) < error < 1.25 * max(width, FINEST)

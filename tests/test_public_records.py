@@ -1,23 +1,9 @@
 """What is known of public records lies in the intervals of the laws found from them, and the page of it is what comes now."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
+from evidence import script
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "public_records.py"
-
-
-def _script():
-    spec = importlib.util.spec_from_file_location("public_records", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
-
-
-public_records = _script()
+public_records = script("public_records")
 
 
 def cells(line):

@@ -1,6 +1,5 @@
 """Files that are damaged, or made to do harm: nothing but one sentence comes of them; what is whole is read to the bit."""
 
-import importlib.util
 import struct
 import subprocess
 import sys
@@ -11,6 +10,7 @@ import h5netcdf
 import numpy as np
 import pytest
 import xarray as xr
+from evidence import script
 from scipy.io import loadmat, savemat
 
 import stickslip as ss
@@ -20,18 +20,7 @@ from stickslip.measurement import Layout, Rig, load_rig, measure, read_columns
 from stickslip.measurement.read import as_record, open_motion
 from stickslip.tracking.video.source import read_picture
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "readers.py"
-
-
-def _script():
-    spec = importlib.util.spec_from_file_location("readers", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
-
-
-readers = _script()
+readers = script("readers")
 #: More of what is read quickly; the page of a long run is docs/evidence/readers.md.
 GATE = {"motion": 4, "orbit": 4, "friction": 4, "film": 4, "picture": 30, "tracker": 30}
 
@@ -55,7 +44,7 @@ def test_whole_inputs_are_read(name, monkeypatch):
 @pytest.mark.slow
 def test_a_million_damaged_inputs(tmp_path):
     page = tmp_path / "page.md"
-    subprocess.run([sys.executable, SCRIPT, "--each", "45000", "--seed", "4", "-o", page], check=True)
+    subprocess.run([sys.executable, readers.__file__, "--each", "45000", "--seed", "4", "-o", page], check=True)
     rows = [line.split("|") for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| ")][1:]
     assert int(rows[-1][2]) > 1_000_000
     assert [row[1] for row in rows if int(row[5])] == []

@@ -2,22 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+from evidence import script
 
 import stickslip as ss
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "stability.py"
-_spec = importlib.util.spec_from_file_location("stability_numbers", SCRIPT)
-assert _spec is not None
-assert _spec.loader is not None
-numbers = importlib.util.module_from_spec(_spec)
-sys.modules["stability_numbers"] = numbers  # dataclasses look their module up
-_spec.loader.exec_module(numbers)
+numbers = script("stability")
 
 
 #: Half of the time of all: runs and cycles to twelve digits.

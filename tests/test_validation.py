@@ -1,23 +1,9 @@
 """Every number known from the literature, and that the page of them is what the package gets now."""
 
-import importlib.util
-import sys
-from pathlib import Path
-
 import pytest
+from evidence import script
 
-SCRIPT = Path(__file__).parents[1] / "docs" / "evidence" / "validation.py"
-
-
-def _script():
-    spec = importlib.util.spec_from_file_location("validation", SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
-
-
-validation = _script()
+validation = script("validation")
 
 
 @pytest.mark.parametrize("case", validation.CASES, ids=lambda case: case.name.split()[0])

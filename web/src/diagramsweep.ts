@@ -15,6 +15,8 @@ export class DiagramSweep {
   /** Whether columns have come that are not drawn yet. */
   stale = false;
   private readonly sweepers: Sweeper[];
+  /** What was asked last. */
+  private asked = "";
 
   constructor(
     private readonly diagram: Diagram,
@@ -29,14 +31,19 @@ export class DiagramSweep {
     const values = Array.from({ length: COLUMNS }, (_, i) => low + ((high - low) * i) / (COLUMNS - 1));
     Object.assign(this.diagram, { values, up: [], down: [], lost: [], refused: "" });
     this.swept = [0, 0];
+    this.asked = "";
   }
 
+  /** Sweep anew, unless this is what was swept last and no column of it is missing. */
   start(state: State): void {
-    this.clear(state);
     const { names, row } = varied(state, state.diagram.over);
-    const rows = this.diagram.values.map((value) => row(value));
     const early = state.system["forcing"].length || state.chain.masses > 1 ? 0 : EARLY;
     const question = { system: documentOf(state), names, look: { ...lookOf(state, TRANSIENT), early }, x0: state.start.x0?.[0] ?? 0, chain: true };
+    const asked = JSON.stringify([question, state.diagram]);
+    if (asked === this.asked && !this.diagram.lost.length) return;
+    this.clear(state);
+    this.asked = asked;
+    const rows = this.diagram.values.map((value) => row(value));
     this.sweepers[0]!.ask({ ...question, rows });
     this.sweepers[1]!.ask({ ...question, rows: rows.toReversed() });
   }

@@ -34,6 +34,7 @@ export class StickSlip extends HTMLElement {
   private scene: Scene | null = null;
   private stale = true;
   private clock = 0;
+  private momentDrawn = NaN;
   private last = 0;
   private playing = false;
   private seen = false;
@@ -93,7 +94,7 @@ export class StickSlip extends HTMLElement {
   }
 
   private draw(): void {
-    this.stale = false;
+    [this.stale, this.momentDrawn] = [false, NaN];
     this.words.replaceChildren();
     try {
       const orbit = simulate(this.core, this.state);
@@ -119,7 +120,8 @@ export class StickSlip extends HTMLElement {
       const end = scene.orbit.words.t_last;
       if (this.playing) this.clock += (Math.min(0.1, (now - this.last) / 1000) * end) / 50;
       if (this.clock > end) this.clock = 0.6 * end;
-      for (const panel of this.panels) panel.time(scene, this.clock);
+      if (this.clock !== this.momentDrawn) for (const panel of this.panels) panel.time(scene, this.clock);
+      this.momentDrawn = this.clock;
     }
     this.last = now;
     requestAnimationFrame((next) => this.frame(next));

@@ -246,8 +246,11 @@ export class Page {
   }
   private diagramKey = "";
   private diagramDrawn = 0;
+  /** The moment that the panels show; NaN where one was drawn anew. */
+  private momentDrawn = NaN;
 
   private drawPanel(panel: Panel): void {
+    this.momentDrawn = NaN;
     const scene = this.scene();
     if (!scene || this.refused) return;
     panel.plot.fit();
@@ -361,7 +364,7 @@ export class Page {
   private tell(): void {
     const host = $("facts");
     host.replaceChildren();
-    if (this.integrated && !this.refused) this.settled = this.jobs.steady;
+    if (this.integrated && !this.refused) [this.settled, this.momentDrawn] = [this.jobs.steady, NaN];
     const strong = (text: string, name = "") => host.append(Object.assign(document.createElement("b"), { textContent: text, className: name }));
     if (this.notes.length) {
       strong(`${this.notes.join("; ")}. `, "bad");
@@ -395,11 +398,16 @@ export class Page {
       this.drawPanel(this.jobs.stale);
       this.jobs.stale = null;
     }
-    const scene = this.scene();
-    if (scene && !this.refused) {
-      if (this.playing) this.clock += step * this.speed * Math.max(1 / this.natural, this.records.length ? scene.orbit.words.t_last / 150 : 0);
-      if (this.clock > scene.orbit.words.t_last) this.clock = 0.6 * scene.orbit.words.t_last;
-      for (const panel of this.panels) if (panel.plot.width && panel.plot.height) panel.time(scene, this.clock);
+    const { orbit } = this;
+    if (orbit && !this.refused) {
+      if (this.playing) this.clock += step * this.speed * Math.max(1 / this.natural, this.records.length ? orbit.words.t_last / 150 : 0);
+      if (this.clock > orbit.words.t_last) this.clock = 0.6 * orbit.words.t_last;
+      // A page that stands still costs nothing.
+      if (this.clock !== this.momentDrawn) {
+        this.momentDrawn = this.clock;
+        const scene = this.scene()!;
+        for (const panel of this.panels) if (panel.plot.width && panel.plot.height) panel.time(scene, this.clock);
+      }
     }
     requestAnimationFrame((next) => this.frame(next));
   }

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, say_value, say_written
 from stickslip.errors import InputError
+from stickslip.simulation.quantities import QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
-
-QUANTITIES = ("x", "slip_velocity", "section", "amplitude")
-"""What :func:`stickslip.show.orbit_diagram_plot` draws."""
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -34,7 +32,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     command.add_argument(
         "--quantity",
-        choices=QUANTITIES,
+        choices=tuple(QUANTITIES),
         help="what --plot draws of a diagram: turning points of x (default) or of the slip velocity, x in the section, or "
         "the amplitude of x",
     )
@@ -139,7 +137,7 @@ def run(options: argparse.Namespace) -> None:
         else:
             result = regime_map(system, over, **common, **lengths(options))
     if options.plot:
-        _plot(result, options.plot, options.quantity or QUANTITIES[0])
+        _plot(result, options.plot, options.quantity or "x")
     runs, regimes, returns = result["regime"].size, shares(result, "regime"), shares(result, "recurrence")
     found = windows(result)
     if options.json:

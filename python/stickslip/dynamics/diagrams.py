@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.dynamics.sections import Surface, contact_of, surface_from
-from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, words_for
-from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
+from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, motion_variables, words_for
+from stickslip.dynamics.sweep import Chunk, Look, periods_to_decide, start_of
 from stickslip.errors import InputError
 from stickslip.files.checks import number
-from stickslip.model.parameters import document_of, grid, path_in
+from stickslip.model.parameters import dimensionless, document_of, grid, path_in
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.state_orbit import state_laws_of
 
@@ -170,9 +170,7 @@ def orbit_diagram(
     dims = ("direction", parameter)
     state = (*dims, "mass") if isinstance(system, System) else dims
     variables = {
-        **{name: Variable(dims, float, {"long_name": MEANINGS[name]}) for name in NUMBERS},
-        **{name: Variable(dims, np.int64, {"long_name": MEANINGS[name]}) for name in COUNTS},
-        **{name: Variable(dims, str, {"long_name": MEANINGS[name]}) for name in WORDS},
+        **motion_variables(dims),
         "x_end": Variable(state, float, {"long_name": "position at the end"}),
         "v_end": Variable(state, float, {"long_name": "velocity at the end, not a number while stuck"}),
         "turning_x": Variable((*dims, "point"), float, {"long_name": "position where the velocity changes its sign"}),
@@ -192,11 +190,6 @@ def orbit_diagram(
         sizes["number"] = numbers
     if isinstance(system, System):
         sizes["mass"] = system.masses
-    dimensionless = (
-        isinstance(system, Oscillator)
-        and system.mass == system.stiffness == 1
-        and parameter not in ("mass", "stiffness")
-    )
     settings = {
         "periods": periods,
         "keep": keep,
@@ -226,7 +219,7 @@ def orbit_diagram(
         attrs={
             "title": "stickslip orbit diagram",
             "parameter": parameter,
-            "units": "dimensionless" if dimensionless else "SI",
+            "units": "dimensionless" if dimensionless(system, [parameter]) else "SI",
             "system": json.dumps(system.to_dict()),
             "request": words_for(request),
             **settings,

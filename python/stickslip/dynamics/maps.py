@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.dynamics.sections import Surface, contact_of, surface_from
-from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, words_for
-from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, periods_to_decide, start_of
+from stickslip.dynamics.store import Plan, Progress, compute, fingerprint, motion_variables, words_for
+from stickslip.dynamics.sweep import Chunk, Look, periods_to_decide, start_of
 from stickslip.errors import InputError
 from stickslip.files.checks import number
-from stickslip.model.parameters import document_of, grid, path_in
+from stickslip.model.parameters import dimensionless, document_of, grid, path_in
 from stickslip.model.system import Oscillator, System
 
 if TYPE_CHECKING:
@@ -137,11 +137,6 @@ def map_plan(
         rows = np.stack([mesh.ravel() for mesh in np.meshgrid(*parts, indexing="ij")], axis=1)
         return Chunk(text, pointers, rows, look, start=begin)
 
-    variables = {
-        **{item: Variable(dims, float, {"long_name": MEANINGS[item]}) for item in NUMBERS},
-        **{item: Variable(dims, np.int64, {"long_name": MEANINGS[item]}) for item in COUNTS},
-        **{item: Variable(dims, str, {"long_name": MEANINGS[item]}) for item in WORDS},
-    }
     settings = {
         "transient": transient,
         "window": window,
@@ -157,18 +152,17 @@ def map_plan(
         "start": begin and [np.asarray(item).tolist() for item in begin],
         **settings,
     }
-    dimensionless = isinstance(system, Oscillator) and system.mass == system.stiffness == 1
     return Plan(
         name=name,
         coords={item: (values, {}) for item, values in axes.items()},
         sizes={item: values.size for item, values in axes.items()},
         chunks=chunks,
-        variables=variables,
+        variables=motion_variables(dims),
         task=task,
         before=lambda _: None,
         attrs={
             "title": f"stickslip {name.replace('_', ' ')}",
-            "units": "dimensionless" if dimensionless else "SI",
+            "units": "dimensionless" if dimensionless(system, axes) else "SI",
             "system": json.dumps(system.to_dict()),
             "request": words_for(request),
             **settings,

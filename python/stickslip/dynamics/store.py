@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.dynamics.sweep import Chunk
+from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk
 from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.checks import fits
 from stickslip.files.disk import draft_of
@@ -99,6 +99,12 @@ class Plan:
         """The part of the dimensions that are parted that belongs to a chunk."""
         bounds = zip(position, self.chunks.items(), strict=True)
         return tuple(slice(i * size, min((i + 1) * size, self.sizes[dim])) for i, (dim, size) in bounds)
+
+
+def motion_variables(dims: tuple[str, ...]) -> dict[str, Variable]:
+    """What is said of each steady motion: numbers, counts and words, by name."""
+    kinds = ((NUMBERS, float), (COUNTS, np.int64), (WORDS, str))
+    return {name: Variable(dims, kind, {"long_name": MEANINGS[name]}) for names, kind in kinds for name in names}
 
 
 def compute(

@@ -34,8 +34,9 @@ from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.noise import impulses, noise_level
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
+from stickslip.measurement.signals.slip_evidence import SlipModel
 from stickslip.measurement.signals.spectra import Line
-from stickslip.measurement.stick_limits import LimitSearch, refine_sticks
+from stickslip.measurement.stick_limits import refine_sticks
 from stickslip.measurement.sticks import (
     Presmoothed,
     Stick,
@@ -279,8 +280,8 @@ def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any, float]:
     soft: bool | None = None
     common = 0.0
     for span in (max(8 * step, 0.06 * own_period(o)), 3 * step):
-        search = LimitSearch(time, path, weight, o, draft.noise, knots, cutoff)
-        sticks, soft, common = refine_sticks(search, sticks, span, soft)
+        model = SlipModel(time, path, weight, o, draft.noise, knots, cutoff)
+        sticks, soft, common = refine_sticks(model, sticks, span, soft)
         fit = fit_pieces(time, x, weight, sticks, True, o, knots)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)

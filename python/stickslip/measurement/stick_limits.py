@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import BSpline
 from scipy.linalg import LinAlgError
-from scipy.linalg.lapack import dpotrf, dpotrs
 from scipy.optimize import minimize, minimize_scalar
 
-from stickslip.measurement.signals.piecewise_fit import DEGREE, GAUSS_NODES, GAUSS_WEIGHTS, OscillatorConstants
+from stickslip.measurement.signals.slip_evidence import Evidence, SlipModel, integrated_evidence
 from stickslip.measurement.sticks import Stick, own_period
 
 Array = npt.NDArray[np.float64]
@@ -72,193 +69,8 @@ LIMIT_COST = 3.0
 """What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """-2 log likelihood of a stretch as a function of the level U it shares with its neighbour: a U^2 - 2 b U + c."""
-
-    square: float
-    linear: float
-    constant: float
-
-    def __add__(self, other: Evidence) -> Evidence:
-        return Evidence(self.square + other.square, self.linear + other.linear, self.constant + other.constant)
-
-    def integrated(self) -> float:
-        """The level integrated out."""
-        return float(_integrated(self.square, self.linear, self.constant))
-
-
-def _integrated(square: npt.ArrayLike, linear: npt.ArrayLike, constant: npt.ArrayLike) -> Array:
-    """The evidences of :class:`Evidence` with these numbers, the level integrated out."""
-    return np.asarray(np.asarray(constant) - np.square(linear) / square + np.log(square))
-
-
-def _factor(matrix: Array) -> Array:
-    """Lower triangle of a Cholesky factor; what SciPy adds to LAPACK costs as much for a matrix as small as these."""
-    factor, failed = dpotrf(matrix, lower=True, clean=False)
-    if failed:
-        raise LinAlgError("the matrix is not positive definite")
-    return np.asarray(factor)
-
-
-def _solve(factor: Array, right: Array) -> Array:
-    return np.asarray(dpotrs(factor, right, lower=True)[0])
-
-
-@dataclass(frozen=True)
-class LimitSearch:
-    """A record's slip path u = V t - x and the prior on its slips, in which limits of sticks are looked for.
-
-    A slip is a quintic spline whose friction force does a random walk of the strength that the cut-off says (the
-    penalty of `PiecewiseFit` read as a prior), so that slips of different length compare by their evidence.
-
-    Attributes
-    ----------
-    time, path, weight : (n,) as in `PiecewiseFit`.
-    oscillator : m, D, k, V.
-    noise : standard deviation of the path's samples.
-    knots : distance of knots in s.
-    cutoff : of the slips in Hz.
-    slope : df/dw right after a break-away in N s/m, about which friction does its random walk: it falls as the slip speeds
-        up, in every slip alike, and a walk about a constant would see each release late to make up for the fall.
-    decay : of that slope with the time since the break-away, in 1/s.
-    """
-
-    time: Array
-    path: Array
-    weight: Array
-    oscillator: OscillatorConstants
-    noise: float
-    knots: float
-    cutoff: float
-    slope: float = 0.0
-    decay: float = 0.0
-
-    @property
-    def step(self) -> float:
-        """Sampling interval in s."""
-        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
-
-    @property
-    def few(self) -> bool:
-        """Whether the samples are too few for the limits of sticks to be known to less than a sample."""
-        return own_period(self.oscillator) < FEW * self.step
-
-    def slip(self, start: float, end: float, origin: float, joined: str, soft: bool = False) -> Evidence:
-        """Evidence of a slip that meets a stick (u = U, u' = 0) at its ``"start"`` or ``"end"``, or ``"nowhere"``.
-
-        A `soft` joint has u'' = 0 too: the friction force does not jump there, and as df/dt = f'(w) w' with w' growing
-        from zero, the random walk sets off as w' does while the friction still bears: like sqrt(k/m) t.
-        """
-        matrix, right, constant, prior, held = self._system(start, end, origin, soft, joined == "start")
-        count = len(right)
-        if joined == "nowhere":
-            return Evidence(1.0, 0.0, constant + self._inner(matrix, right, prior, held, [0, 1, 2]))
-        tied = 3 if soft else 2
-        ends, free = slice(0, tied), slice(tied, count)
-        if joined == "end":
-            ends, free = slice(count - tied, count), slice(0, count - tied)
-        inner, cross = matrix[free, free], matrix[free, ends].sum(axis=1)
-        factor = _factor(inner)
-        solved = _solve(factor, np.stack([right[free], cross], axis=1))
-        row = 2 if joined == "start" else 5
-        log_prior = _log_determinant(prior[free, free], held[row : row if soft else row + 1, free])
-        determinant = 2 * float(np.sum(np.log(np.diagonal(factor))))
-        return Evidence(
-            float(matrix[ends, ends].sum() - cross @ solved[:, 1]),
-            float(right[ends].sum() - cross @ solved[:, 0]),
-            constant - float(right[free] @ solved[:, 0]) + determinant - log_prior,
-        )
-
-    @staticmethod
-    def _inner(matrix: Array, right: Array, prior: Array, held: Array, rows: list[int]) -> float:
-        factor = _factor(matrix)
-        determinant = 2 * float(np.sum(np.log(np.diagonal(factor))))
-        misfit = -float(right @ _solve(factor, right))
-        return misfit + determinant - _log_determinant(prior, held[rows])
-
-    def _system(
-        self, start: float, end: float, origin: float, soft: bool, released: bool
-    ) -> tuple[Array, Array, float, Array, Array]:
-        """Normal matrix, right side, constant, prior precision, and rows of the state (u, u', u'') at both ends.
-
-        The slip begins with a break-away where it is `released`.
-        """
-        o = self.oscillator
-        count = max(math.ceil((end - start) / self.knots), 2)
-        h = (end - start) / count
-        reference = _reference(count)
-        part = slice(*np.searchsorted(self.time, [start, end]))
-        positions = np.clip((self.time[part] - start) / h, 0.0, float(count))
-        basis = reference.basis(positions)
-        y, w = self.path[part] - origin, self.weight[part]
-        weighted = basis * (w / self.noise**2)[:, None]
-        # df/dt / m = target - sum_d factors[d] u^(d)
-        factors = np.array([o.stiffness / o.mass / h, o.damping / o.mass / h**2, 1 / h**3])
-        target = o.stiffness * o.drive_velocity / o.mass
-        strength = 1 / (self.step * (2 * math.pi * self.cutoff) ** 6 * self.noise**2)
-        rate = math.sqrt(o.stiffness / o.mass)
-        weights = strength * h * reference.weights
-        if soft:
-            weights = weights * (1 + (rate * h * reference.nodes) ** -2)
-        change = (factors @ reference.derivatives.reshape(len(factors), -1)).reshape(basis.shape[1], -1)
-        if released and self.slope:
-            falls = self.slope * np.exp(-self.decay * h * reference.nodes)
-            change = change + reference.derivatives[1] * (falls / o.mass / h**2)
-        prior = (change * weights) @ change.T
-        right = weighted.T @ y + target * (change @ weights)
-        constant = float(w @ (y * y)) / self.noise**2 + target**2 * float(weights.sum())
-        units = np.array([rate, 1 / h, 1 / (h * h * rate)] * 2) / o.drive_velocity
-        return weighted.T @ basis + prior, right, constant, prior, reference.ends * units[:, None]
-
-
-@dataclass(frozen=True)
-class _Reference:
-    nodes: Array
-    weights: Array
-    derivatives: Array
-    ends: Array
-    pieces: Array
-
-    def basis(self, positions: Array) -> Array:
-        """(n, size) values of the splines: on every interval six polynomials of its own coordinate."""
-        count = len(self.pieces)
-        interval = np.minimum(positions.astype(np.int64), count - 1)
-        powers = (positions - interval)[:, None] ** np.arange(DEGREE + 1)
-        values = np.zeros((len(positions), count + DEGREE))
-        local = np.einsum("np,npj->nj", powers, self.pieces[interval])
-        values[np.arange(len(positions))[:, None], interval[:, None] + np.arange(DEGREE + 1)] = local
-        return values
-
-
-@lru_cache(maxsize=512)
-def _reference(count: int) -> _Reference:
-    """Splines on `count` intervals of length one: their derivatives 1 to 3 at Gauss nodes, and at both ends."""
-    knots = np.concatenate([np.zeros(DEGREE), np.arange(count + 1.0), np.full(DEGREE, float(count))])
-    size = count + DEGREE
-    nodes = (np.arange(count)[:, None] + 0.5 + 0.5 * GAUSS_NODES).ravel()
-    spline = BSpline(knots, np.eye(size), DEGREE)
-    derivatives = np.stack([np.asarray(spline.derivative(d)(nodes)) for d in (1, 2, 3)])
-    weights = np.tile(0.5 * GAUSS_WEIGHTS, count)
-    limits = [(0.0, d) for d in range(3)] + [(float(count), d) for d in range(3)]
-    ends = np.array([spline(position, nu=d) for position, d in limits])
-    powers = 1 / np.array([math.factorial(p) for p in range(DEGREE + 1)])
-    taylor = np.array([spline(np.arange(float(count)), nu=p) for p in range(DEGREE + 1)]) * powers[:, None, None]
-    pieces = np.stack([taylor[:, i, i : i + DEGREE + 1] for i in range(count)])
-    return _Reference(nodes, weights, np.ascontiguousarray(np.swapaxes(derivatives, 1, 2)), ends, pieces)
-
-
-def _log_determinant(precision: Array, held: Array) -> float:
-    """Log determinant of a precision that leaves the held states open, per unit of those states."""
-    own = held.T @ held
-    scale = float(np.trace(own) / np.trace(precision)) if len(held) else 1.0
-    factor = _factor(scale * precision + own)
-    rank = len(precision) - len(held)
-    return 2 * float(np.sum(np.log(np.diagonal(factor)))) - rank * math.log(scale)
-
-
 def refine_sticks(
-    search: LimitSearch, sticks: list[Stick], span: float, soft: bool | None = None
+    model: SlipModel, sticks: list[Stick], span: float, soft: bool | None = None
 ) -> tuple[list[Stick], bool, float]:
     """Move the limits of each stick to where the record puts them, and drop sticks the record does not need.
 
@@ -271,7 +83,8 @@ def refine_sticks(
 
     Parameters
     ----------
-    search : the record; with fewer than `FEW` samples in a period the errors of break-aways are `BLUR` samples at least.
+    model : the record, and the prior on its slips; with fewer than `FEW` samples in a period the errors of break-aways are
+        `BLUR` samples at least.
     sticks : first guesses.
     span : how far to look on each side of a guess, in s.
     soft : whether the force jumps at a break-away where that is known already; where it jumps, it is then asked too whether
@@ -282,21 +95,21 @@ def refine_sticks(
     sticks, soft : with `soft` if the force does not jump at the break-away.
     common : standard error in s by which all break-aways may be early or late together, beside their own.
     """
-    reach = max(own_period(search.oscillator) / 4, (MARGIN + LATEST) * search.step)
+    reach = max(own_period(model.oscillator) / 4, (MARGIN + LATEST) * model.step)
     stretches: list[_OneStick] = []
     for number, stick in enumerate(sticks):
-        low, high = float(search.time[0]), float(search.time[-1])
+        low, high = float(model.time[0]), float(model.time[-1])
         if number > 0:
             low = (sticks[number - 1].end + stick.start) / 2
         if number + 1 < len(sticks):
             high = (stick.end + sticks[number + 1].start) / 2
-        stretches.append(_OneStick(search, stick, max(low, stick.start - reach), min(high, stick.end + reach), span))
+        stretches.append(_OneStick(model, stick, max(low, stick.start - reach), min(high, stick.end + reach), span))
     # friction changes fastest just before a capture: of two equally likely cut-offs the stiffer would push it late
-    before = replace(search, cutoff=CUTOFF_RATIO * _likeliest(search, stretches, "before"))
+    before = replace(model, cutoff=CUTOFF_RATIO * _likeliest(model, stretches, "before"))
 
     def outcome(joint: Joint, falls: bool) -> tuple[float, list[Stick], float]:
         """Deviance, sticks and the common error of their ends under the likeliest prior of this kind."""
-        after, common, total = replace(search, cutoff=_likeliest(search, stretches, joint)), 0.0, 0.0
+        after, common, total = replace(model, cutoff=_likeliest(model, stretches, joint)), 0.0, 0.0
         if falls:
             after, common, total = _falling(after, stretches)
         refined = []
@@ -346,7 +159,7 @@ def _usual(errors: list[float], seen: list[bool]) -> list[float]:
     return [float(error) for error in found]
 
 
-def _likeliest(search: LimitSearch, stretches: list[_OneStick], joint: Joint) -> float:
+def _likeliest(model: SlipModel, stretches: list[_OneStick], joint: Joint) -> float:
     """Cut-off of the slips beside this joint under which the record is likeliest.
 
     One cut-off serves a whole slip, but friction may change faster or slower near its ends, where a slip that is too
@@ -355,7 +168,7 @@ def _likeliest(search: LimitSearch, stretches: list[_OneStick], joint: Joint) ->
     some = _some(stretches)
 
     def deviance(step: int) -> float:
-        return math.fsum(one.least(joint, search.cutoff * CUTOFF_RATIO**step) for one in some)
+        return math.fsum(one.least(joint, model.cutoff * CUTOFF_RATIO**step) for one in some)
 
     best, least = 0, deviance(0)
     for direction in (1, -1):
@@ -363,7 +176,7 @@ def _likeliest(search: LimitSearch, stretches: list[_OneStick], joint: Joint) ->
             best, least = best + direction, value
         if best:
             break
-    return float(search.cutoff * CUTOFF_RATIO**best)
+    return float(model.cutoff * CUTOFF_RATIO**best)
 
 
 def _some(stretches: list[_OneStick]) -> list[_OneStick]:
@@ -372,7 +185,7 @@ def _some(stretches: list[_OneStick]) -> list[_OneStick]:
     return [free[i] for i in np.unique(np.linspace(0, len(free) - 1, ENOUGH_STICKS).astype(int))] if free else []
 
 
-def _falling(search: LimitSearch, stretches: list[_OneStick]) -> tuple[LimitSearch, float, float]:
+def _falling(model: SlipModel, stretches: list[_OneStick]) -> tuple[SlipModel, float, float]:
     """The likeliest prior of the slips after a break-away where the force jumps, from one under which friction does not fall.
 
     Cut-off, slope and its decay are one for all slips, so what is not known of them shifts all releases of the record
@@ -380,21 +193,21 @@ def _falling(search: LimitSearch, stretches: list[_OneStick]) -> tuple[LimitSear
 
     Returns
     -------
-    the search with that prior, the standard error in s of the mean release that comes from it, and its cost in deviance.
+    the model with that prior, the standard error in s of the mean release that comes from it, and its cost in deviance.
     Friction falls where that is likelier, its cost counted. The error is that of the three numbers (Laplace's
     approximation), and what the fall moves the releases by, as friction need not fall in just this form; where friction is
     taken not to fall, it is that times the root of the probability that it does.
     """
     some = _some(stretches)
     if not some:
-        return search, 0.0, 0.0
-    o = search.oscillator
+        return model, 0.0, 0.0
+    o = model.oscillator
     rate, unit = math.sqrt(o.stiffness / o.mass), math.sqrt(o.stiffness * o.mass)
-    usual = np.array([math.log(search.cutoff), 0.0, math.log(USUAL_DECAY * rate)])
+    usual = np.array([math.log(model.cutoff), 0.0, math.log(USUAL_DECAY * rate)])
 
-    def at(numbers: Array) -> LimitSearch:
+    def at(numbers: Array) -> SlipModel:
         cutoff, slope, decay = numbers.tolist()
-        return replace(search, cutoff=math.exp(cutoff), slope=slope * unit, decay=math.exp(decay))
+        return replace(model, cutoff=math.exp(cutoff), slope=slope * unit, decay=math.exp(decay))
 
     def seen(numbers: Array) -> tuple[float, float]:
         """Deviance with the prior of the numbers, and mean position of the releases."""
@@ -422,12 +235,12 @@ def _falling(search: LimitSearch, stretches: list[_OneStick]) -> tuple[LimitSear
         error, cost = _laplace(seen, found.x)
         gain, moved = np.subtract((level, position), seen(found.x)).tolist()
     except LinAlgError:
-        return search, 0.0, 0.0
+        return model, 0.0, 0.0
     error = math.hypot(error, moved)
     if gain > cost:
         return at(found.x), error, cost
     likely = 1 / (1 + math.exp(min(0.5 * (cost - gain), 100.0)))
-    return search, math.sqrt(likely) * error, 0.0
+    return model, math.sqrt(likely) * error, 0.0
 
 
 def _laplace(seen: Callable[[Array], tuple[float, float]], best: Array) -> tuple[float, float]:
@@ -459,12 +272,12 @@ def _laplace(seen: Callable[[Array], tuple[float, float]], best: Array) -> tuple
 class _OneStick:
     """The search for the limits of one stick between two times."""
 
-    def __init__(self, search: LimitSearch, stick: Stick, low: float, high: float, span: float) -> None:
-        self.search, self.stick, self.low, self.high, self.span = search, stick, low, high, span
+    def __init__(self, model: SlipModel, stick: Stick, low: float, high: float, span: float) -> None:
+        self.model, self.stick, self.low, self.high, self.span = model, stick, low, high, span
         self.kept: dict[tuple[Joint, float, float, float, float], Evidence] = {}
         self.first: float | None = None
-        part = slice(*np.searchsorted(search.time, [low, high]))
-        self.inside, y, w = search.time[part], search.path[part], search.weight[part] / search.noise**2
+        part = slice(*np.searchsorted(model.time, [low, high]))
+        self.inside, y, w = model.time[part], model.path[part], model.weight[part] / model.noise**2
         # the level of the stick, near enough to tell cut-offs apart
         a, b = np.searchsorted(self.inside, stick.middle_half)
         self.middle = sum(stick.middle_half) / 2
@@ -484,28 +297,28 @@ class _OneStick:
         a, b = np.searchsorted(self.inside, [start, end])
         return Evidence(*(self.sums[:, b] - self.sums[:, a]).tolist())
 
-    def beside(self, joint: Joint, position: float, search: LimitSearch) -> Evidence:
+    def beside(self, joint: Joint, position: float, model: SlipModel) -> Evidence:
         """Evidence of the slip before or after the stick if it meets it at `position`."""
-        key = (joint, position, search.cutoff, search.slope, search.decay)
+        key = (joint, position, model.cutoff, model.slope, model.decay)
         if key not in self.kept:
             if joint == "before":
-                self.kept[key] = search.slip(self.low, position, self.origin, "end")
+                self.kept[key] = model.slip(self.low, position, self.origin, "end")
             else:
-                self.kept[key] = search.slip(position, self.high, self.origin, "start", joint == "soft")
+                self.kept[key] = model.slip(position, self.high, self.origin, "start", joint == "soft")
         return self.kept[key]
 
-    def value(self, joint: Joint, search: LimitSearch, at: float) -> float:
+    def value(self, joint: Joint, model: SlipModel, at: float) -> float:
         """Deviance with one limit there, the level of the stick held."""
-        return (self.rest(*sorted((at, self.middle))) + self.beside(joint, at, search)).constant
+        return (self.rest(*sorted((at, self.middle))) + self.beside(joint, at, model)).constant
 
-    def near_last(self, search: LimitSearch) -> tuple[float, float]:
+    def near_last(self, model: SlipModel) -> tuple[float, float]:
         """Least deviance over the positions of a release, near the first that was found so, and where it is."""
 
         def value(at: float) -> float:
-            return self.value("hard", search, at)
+            return self.value("hard", model, at)
 
-        step = 0.5 * self.search.step
-        lowest, highest = self.middle + 2 * step, self.high - MARGIN * self.search.step - 2 * step
+        step = 0.5 * self.model.step
+        lowest, highest = self.middle + 2 * step, self.high - MARGIN * self.model.step - 2 * step
         if self.first is None:
             self.first = min(self.positions()[1].tolist(), key=value)
         at = float(np.clip(self.first, lowest, highest))
@@ -529,10 +342,10 @@ class _OneStick:
 
     def least(self, joint: Joint, cutoff: float) -> float:
         """Least deviance over the positions of one limit, the level of the stick held."""
-        search = replace(self.search, cutoff=cutoff)
+        model = replace(self.model, cutoff=cutoff)
 
         def value(at: float) -> float:
-            return self.value(joint, search, at)
+            return self.value(joint, model, at)
 
         starts, ends = self.positions()
         positions = starts[starts <= self.middle] if joint == "before" else ends[ends >= self.middle]
@@ -549,7 +362,7 @@ class _OneStick:
     def positions(self) -> tuple[Array, Array]:
         """Where the limits are looked for."""
         # the valley of a hard capture is a few samples wide and has hills beside it, so look everywhere first
-        stick, step = self.stick, self.search.step
+        stick, step = self.stick, self.model.step
         margin = MARGIN * step
         return (
             self._positions(
@@ -566,7 +379,7 @@ class _OneStick:
 
     def values(self, starts: Array, ends: Array) -> Array:
         """The deviance of each pair of limits, (starts, ends); infinite where they leave no stick."""
-        longer = ends - starts[:, None] > self.search.step
+        longer = ends - starts[:, None] > self.model.step
         first, last = (np.searchsorted(self.inside, one) for one in (starts, ends))
         square, linear, constant = self.sums[:, None, last] - self.sums[:, first, None]
         if self.stick.starts:
@@ -582,13 +395,13 @@ class _OneStick:
                 linear[:, column] += slip.linear
                 constant[:, column] += slip.constant
         found = np.full(longer.shape, np.inf)
-        found[longer] = _integrated(square[longer], linear[longer], constant[longer])
+        found[longer] = integrated_evidence(square[longer], linear[longer], constant[longer])
         return found
 
-    def refined(self, soft: bool, before: LimitSearch, after: LimitSearch) -> tuple[Stick | None, float]:
+    def refined(self, soft: bool, before: SlipModel, after: SlipModel) -> tuple[Stick | None, float]:
         """The stick with its limits and errors, or None, and the deviance of the stretch, under these cut-offs."""
         self.soft, self.before, self.after = soft, before, after
-        stick, step = self.stick, self.search.step
+        stick, step = self.stick, self.model.step
         starts, ends = self.positions()
         table = self.values(starts, ends)
         best = float(np.min(table))
@@ -605,19 +418,19 @@ class _OneStick:
             end, end_error = self._centre(
                 lambda to: self.values(np.array([start]), to).ravel(), ends, table[row], self.soft
             )
-            if self.search.few:
+            if own_period(self.model.oscillator) < FEW * step:
                 end_error = math.hypot(end_error, BLUR * step)
         best = min(best, self.values(np.array([start]), np.array([end])).item())
         # no slip looks like rest for as long as the free mass takes to swing to and fro
-        if (stick.starts or stick.ends) and end - start < own_period(self.search.oscillator):
+        if (stick.starts or stick.ends) and end - start < own_period(self.model.oscillator):
             without = min(
-                search.slip(self.low, self.high, self.origin, "nowhere").integrated()
-                for search in (self.search, before, after)
+                model.slip(self.low, self.high, self.origin, "nowhere").integrated()
+                for model in (self.model, before, after)
             )
             needed = best
             if after.slope:
                 # A slip that is any other than the usual fall must not make up for it by having no stick at all.
-                self.after = replace(self.search, slope=0.0)
+                self.after = replace(self.model, slope=0.0)
                 needed = min(best, float(np.min(self.values(starts, ends))))
             if without - needed < LIMIT_COST * (stick.starts + stick.ends):
                 return None, without
@@ -629,7 +442,7 @@ class _OneStick:
         a, b = max(at - self.span - early, lowest), min(at + self.span, highest)
         if not free or b <= a:
             return np.array([at])
-        return np.linspace(a, b, max(math.ceil((b - a) / self.search.step), 2) + 1)
+        return np.linspace(a, b, max(math.ceil((b - a) / self.model.step), 2) + 1)
 
     def _centre(
         self, value: Callable[[Array], Array], positions: Array, values: Array, soft: bool
@@ -651,7 +464,7 @@ class _OneStick:
         likelihood /= likelihood.sum()
         mean = float(likelihood @ fine)
         spread = math.sqrt(float(likelihood @ (fine - mean) ** 2))
-        return (mean if soft else best), max(spread, FINEST * self.search.step)
+        return (mean if soft else best), max(spread, FINEST * self.model.step)
 
 
 def _deviances(value: Callable[[Array], Array], positions: Array) -> Array:

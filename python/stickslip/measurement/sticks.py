@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from stickslip.measurement.regime import quiet_window
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
@@ -394,4 +394,4 @@ def is_rigid(time: Array, extension: Array, weight: Array, sticks: list[Stick], 
     if len(slopes) < 2:
         return True
     scatter = np.sum((slopes - slope) ** 2 / (errors**2 + (UNEVEN * slope) ** 2))
-    return bool(scatter < COLOURED * chi2.isf(1e-3, len(slopes) - 1))
+    return bool(scatter < COLOURED * chdtri(len(slopes) - 1, 1e-3))

@@ -6,7 +6,7 @@ Of a system of masses ``drive_velocity`` is that of all its contacts on a drive,
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,20 @@ def document_of(system: Oscillator | System) -> dict[str, Any]:
     """
     document: dict[str, Any] = json.loads(system.to_json())
     return document
+
+
+def dimensionless(system: Oscillator | System, over: Iterable[str] = ()) -> bool:
+    """Whether mass and stiffness are 1, and stay so over the parameters that are varied.
+
+    >>> from stickslip import paper
+    >>> dimensionless(paper.oscillator(0.3)), dimensionless(paper.oscillator(0.3), ["mass"])
+    (True, False)
+    """
+    return (
+        isinstance(system, Oscillator)
+        and system.mass == system.stiffness == 1
+        and {"mass", "stiffness"}.isdisjoint(over)
+    )
 
 
 def path_in(name: str, document: Mapping[str, Any], where: str, *, starts: bool = True) -> str:

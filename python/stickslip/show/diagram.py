@@ -19,17 +19,12 @@ from stickslip.show.canvas import (
     words,
 )
 from stickslip.simulation.attractor import ATTRACTOR, alike
+from stickslip.simulation.quantities import QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-_QUANTITIES = {
-    "x": ("turning_x", "position x at ẋ = 0", "position"),
-    "slip_velocity": ("turning_slip_velocity", "slip velocity w at ẇ = 0", "velocity"),
-    "section": ("section_x", "position x in the section", "position"),
-    "amplitude": ("amplitude", "amplitude of x", "position"),
-}
 _MARKERS = {"up": "^", "down": "v", "fresh": "."}
 _DIRECTIONS = {"up": "swept up", "down": "swept down", "fresh": "fresh starts"}
 
@@ -63,12 +58,12 @@ def orbit_diagram_plot(
 
     Source: Fig. 14 of the paper.
     """
-    if quantity not in _QUANTITIES:
-        raise InputError(f"orbit_diagram_plot: quantity must be one of {', '.join(_QUANTITIES)}, got {quantity!r}")
+    if quantity not in QUANTITIES:
+        raise InputError(f"orbit_diagram_plot: quantity must be one of {', '.join(QUANTITIES)}, got {quantity!r}")
     ax = axes(ax)
     which = units or str(diagram.attrs.get("units", "dimensionless"))
     parameter = str(diagram.attrs["parameter"])
-    variable, name, kind = _QUANTITIES[quantity]
+    variable, name, kind = QUANTITIES[quantity]
     ax.set(xlabel=parameter_label(parameter, which), ylabel=label(name, kind, which))
     if diagram.sizes.get("direction", 1) > 1:
         return _draw_directions(diagram, parameter, _points(diagram, variable), ax)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 Array = npt.NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def record_scatter(means: Sequence[float], variances: Sequence[float]) -> float:
     (1.41, 0.0)
     """
     m, v = np.asarray(means, float), np.maximum(np.asarray(variances, float), 1e-300)
-    if m.size < 2 or _distance(0.0, m, v) < chi2.isf(BY_CHANCE, m.size - 1):
+    if m.size < 2 or _distance(0.0, m, v) < chdtri(m.size - 1, BY_CHANCE):
         return 0.0
     highest = float(np.ptp(m)) * np.sqrt(m.size)
     return float(brentq(lambda s: _distance(s, m, v) - (m.size - 1), 0.0, highest, xtol=1e-6 * highest))

@@ -11,7 +11,6 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import isotonic_regression
-from scipy.signal import find_peaks
 
 from stickslip.identification.kinetic.displacement_error import DisplacementError, without
 from stickslip.identification.records import FrictionRecord
@@ -325,6 +324,8 @@ def without_wiggles(record: FrictionRecord) -> tuple[Array, list[tuple[int, int]
 
     A turning point stands out by four standard errors of w, and by 2 % of its range where the record does not state them.
     """
+    from scipy.signal import find_peaks  # loads for half a second
+
     w = record.slip_velocity.copy()
     if record.slip_velocity_error is None:
         least = max(0.02 * float(np.ptp(w[~record.stuck])), 4 * velocity_noise(record))

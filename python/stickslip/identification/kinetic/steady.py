@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
@@ -473,7 +473,7 @@ def _disagreement(rows: Rows, best: SteadyFit) -> list[str]:
     elif rows.known:
         z = off / rows.error
         freedom = len(rows) - len(best.parameters)
-        if float(np.sum(z**2)) > chi2.isf(BY_CHANCE, freedom):
+        if float(np.sum(z**2)) > chdtri(freedom, BY_CHANCE):
             notes.append(
                 f"The points lie {math.sqrt(float(np.sum(z**2)) / freedom):.2g} times their stated errors off the curve, "
                 "more than chance makes: they disagree with each other or with this form. The intervals hold this scatter."

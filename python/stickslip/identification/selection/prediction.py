@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import nnls
-from scipy.stats import norm, qmc, t
+from scipy.special import ndtr, stdtrit
 
 from stickslip.errors import InputError
 from stickslip.files.checks import number
@@ -273,7 +273,7 @@ class _Law:
         count = len(self.records)
         self.reach = dict.fromkeys(QUANTITIES, REACH)
         if count > 1:
-            self.reach["mean_force"] = float(t.isf(norm.sf(REACH), count - 1)) * math.sqrt((count + 1) / (count - 1))
+            self.reach["mean_force"] = float(-stdtrit(count - 1, ndtr(-REACH))) * math.sqrt((count + 1) / (count - 1))
 
     def beyond(self, run: FrictionRecord) -> float:
         """Distance of a run from the nearest point between the records, in e-folds."""
@@ -295,6 +295,8 @@ class _Law:
         """Motions of the laws that may as well be, each with the run as it may as well be."""
         spread = Spread(self.law, self.covariance * (1 + beyond), self.constraints)
         count = len(spread.names)
+        from scipy.stats import qmc  # loads for half a second
+
         normal = qmc.MultivariateNormalQMC(np.zeros(count + len(STATED)), rng=np.random.default_rng(0)).random(DRAWS)
         found = []
         for one in normal:

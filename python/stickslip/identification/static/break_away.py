@@ -455,16 +455,18 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     least = 1e-12 * float(np.abs(force).max()) + 1e-300
     sigma = np.full(len(force), max(robust_scale(force - np.median(force)), least))
     for _ in range(4):
+        columns = together / sigma[:, None]
+        share = _shares(columns)
 
-        def misfit(numbers: Array, sigma: Array = sigma) -> Array:
+        def misfit(numbers: Array, sigma: Array = sigma, columns: Array = columns, share: Array = share) -> Array:
             rest = (force - form.at(numbers, time, rate)) / sigma
-            high = _shared(together / sigma[:, None], rest)
-            return np.concatenate([rest - together @ high / sigma, high])
+            high = share @ rest
+            return np.concatenate([rest - columns @ high, high])
 
         found = minimize(misfit, starts, outlier=OUTLIER, evaluations=EVALUATIONS)
         starts = [found.vector]
         residuals = force - form.at(found.vector, time, rate)
-        high = _shared(together / sigma[:, None], residuals / sigma)
+        high = share @ (residuals / sigma)
         own = residuals - together @ high
         inner = math.sqrt(max(robust_scale(own) ** 2 - float(np.median(stated**2)), 0.0))
         sigma = np.maximum(np.hypot(stated, inner), least)
@@ -496,9 +498,9 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     )
 
 
-def _shared(together: Array, rest: Array) -> Array:
-    """How much of each column is likeliest in residuals of unit variance, each beforehand 0 ± 1."""
-    return np.asarray(np.linalg.solve(together.T @ together + np.eye(together.shape[1]), together.T @ rest))
+def _shares(together: Array) -> Array:
+    """Of residuals of unit variance, how much of each column is likeliest in them, each beforehand 0 ± 1: (columns, n)."""
+    return np.asarray(np.linalg.solve(together.T @ together + np.eye(together.shape[1]), together.T))
 
 
 def _undetermined(jacobian: Array) -> npt.NDArray[np.bool_]:

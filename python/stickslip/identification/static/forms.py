@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.laws.adhesion import static_surface
+from stickslip.laws.static_surface import static_surface
 
 Array = npt.NDArray[np.float64]
 
@@ -210,13 +210,14 @@ def _static(time: Array, rate: Array, *, growth: Array | None = None, fall: Arra
     """
     limit, *ratios = (0.0,) if growth is None else growth
     bounded = [
-        math.exp(np.clip(ratio, *most)) for ratio, most in zip(ratios, ((-50, 50), (-20, 3), (-50, 50)), strict=False)
+        math.exp(max(min(ratio, high), low))
+        for ratio, (low, high) in zip(ratios, ((-50, 50), (-20, 3), (-50, 50)), strict=False)
     ]
     gamma = bounded[0] if bounded else 1.0
     exponent = bounded[1] if len(bounded) > 1 else 1.0
     scale = bounded[2] if len(bounded) > 2 else None
     drop, fall_scale, steep = (0.0, 0.0, 0.0) if fall is None else fall
-    falls = (float(drop), math.exp(np.clip(fall_scale, -50, 50)), math.exp(np.clip(steep, -3, 5)))
+    falls = (float(drop), math.exp(max(min(fall_scale, 50), -50)), math.exp(max(min(steep, 5), -3)))
     return static_surface(time, rate, (float(limit), gamma, exponent), scale, falls)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.stats import norm
+from scipy.special import ndtri
 
 if TYPE_CHECKING:
     from stickslip.identification.trajectory.single_shooting import SingleShooting
@@ -20,7 +20,7 @@ CLOSE = 0.02
 """Standard deviations to which the end of an interval is found."""
 TRIALS = 8
 """The most places that are tried for one end."""
-WANT = float(norm.ppf(0.975))
+WANT = float(ndtri(0.975))
 """The root at the ends of a 95 % interval."""
 LIKE_A_PARABOLA = 1.5
 """Within this ratio the misfit rises as the covariance has it."""

@@ -225,13 +225,16 @@ class SingleShooting:
 
     def holding(self, name: str) -> SingleShooting:
         """The same at its best, with one number held there."""
+        names = [other for other in self.free.names if other != name]
+        return self._with(names, {tied: source for tied, source in self.free.same_as.items() if source != name})
+
+    def _with(self, names: Sequence[str], ties: dict[str, str]) -> SingleShooting:
+        """The same at its best, with these numbers free and tied."""
         best, unknowns = self.best
-        free, law = self.free, self.free.law(unknowns[: self.count])
-        names = [other for other in free.names if other != name]
-        ties = {tied: source for tied, source in free.same_as.items() if source != name}
-        held = SingleShooting(self.misfits, LawParameters(law, names, ties, free.within), self.instrument_error)
-        held.best = (best, np.concatenate([np.zeros(held.count), unknowns[self.count :]]))
-        return held
+        free = LawParameters(self.free.law(unknowns[: self.count]), names, ties, self.free.within)
+        other = SingleShooting(self.misfits, free, self.instrument_error)
+        other.best = (best, np.concatenate([np.zeros(other.count), unknowns[self.count :]]))
+        return other
 
     def against(self, tied: str) -> float:
         """The root of what the misfit gains where a number need not follow another: standard errors by which it should not.
@@ -239,11 +242,9 @@ class SingleShooting:
         By descents from beside the tie: of numbers that act nearly alike the misfit is a bent valley, whose slope at the tie
         may vanish while it falls farther on.
         """
-        law = self.free.law(self.best[1][: self.count])
         ties = {name: source for name, source in self.free.same_as.items() if name != tied}
-        loose = SingleShooting(self.misfits, LawParameters(law, [*self.free.names, tied], ties, self.free.within))
-        loose.sigma = self.sigma
-        at = np.concatenate([np.zeros(loose.count), self.best[1][self.count :]])
+        loose = self._with([*self.free.names, tied], ties)
+        loose.sigma, at = self.sigma, loose.best[1]
         beside = [at + side * (np.arange(at.size) == loose.count - 1) for side in (-0.1, 0.0, 0.1)]
         least = min(loose.cost(loose.down(start, 1.0, 0.01)) for start in beside if loose.moves(start))
         return math.sqrt(max(loose.cost(at) - least, 0.0))

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import minimize_scalar
-from scipy.signal import savgol_coeffs, savgol_filter
 
 from stickslip.errors import InputError
 from stickslip.measurement.signals.noise import noise_level
@@ -104,6 +103,8 @@ def savitzky_golay(time: Array, signal: Array, cutoff: float, order: int = 3) ->
         )
     window = 2 * half + 1
     noise = noise_level(signal)
+    from scipy.signal import savgol_coeffs, savgol_filter  # loads for half a second
+
     x, v, a = (np.asarray(savgol_filter(signal, window, order, deriv=d, delta=step)) for d in range(3))
     errors = [
         np.full(len(signal), noise * math.sqrt(float(np.sum(savgol_coeffs(window, order, deriv=d, delta=step) ** 2))))

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.signal import welch
 
 from stickslip.errors import InputError
 
@@ -77,6 +76,8 @@ def main_line(signal: Array, step: float, least: float = 0.0, rate: float = 0.0)
 
 
 def _peak(signal: Array, step: float, length: int, least: float, most: float = np.inf) -> tuple[float, float]:
+    from scipy.signal import welch  # loads for half a second
+
     frequency, power = welch(signal - np.mean(signal), 1 / step, window="hann", nperseg=length, detrend="constant")
     inside = np.flatnonzero(frequency >= max(least, 1.5 * frequency[1]))
     total = float(power[inside].sum())
@@ -120,6 +121,8 @@ def spectrum(signal: Any, time: Any = None) -> xr.Dataset:
     window = np.hanning(n + 1)[:n]
     amplitude = 2 * np.abs(np.fft.rfft((values - values.mean()) * window)) / window.sum()
     frequency = np.fft.rfftfreq(n, step)
+    from scipy.signal import welch
+
     coarse, power = welch(values - values.mean(), 1 / step, nperseg=max(int(n / 4.5), 8), detrend="constant")
     data = xr.Dataset(coords={"frequency": ("frequency", frequency, {"units": "Hz"})})
     data["amplitude"] = ("frequency", amplitude, {"units": unit})
