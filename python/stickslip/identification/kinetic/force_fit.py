@@ -348,6 +348,7 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
     inside = 1e-6 * np.array([problem.scale(name) for name in problem.free])
     numbers = np.clip(numbers, low + inside, high - inside)
     problem.refuse_silent(problem.at(numbers))
+    first = numbers
     groups = problem.groups_at(numbers)
     common = [float(np.median(np.abs(late))) for late in problem.late(problem.at(numbers))]
     record_scatter = _record_scatter(problem, groups, common)
@@ -368,6 +369,9 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
         ]
         if number < ROUNDS - 1:
             assumed = _assumed(problem, sigma, tau, apart)
+            # a first step from afar may lead to where a number does not act, from which no further one leads back
+            silent = ~acting(problem.jacobian(numbers, problem.column))
+            numbers = np.where(silent, first, numbers)
     factors = [w / a for w, a in zip(weights, assumed, strict=True)]
     return _result(problem, numbers, groups, sigma, tau, record_scatter, factors, assumed)
 
