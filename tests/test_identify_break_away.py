@@ -317,3 +317,14 @@ def test_numbers_that_the_break_aways_do_not_determine_are_said():
     assert np.isinf(fit.parameters.loc[fit.undetermined, "error"]).all()
     assert (fit.parameters.loc[fit.undetermined, "high"] > 1e100).all()
     assert any("combinations" in note and "Kato (limit, rate)" in note for note in found.notes)
+
+
+def test_a_form_that_no_law_has_gives_way_to_the_closest_that_a_law_has():
+    # Kato's form with an exponent of 0.3 is far from that with 1, which DwellTime fits, and near a logarithm.
+    random, t_s = scattered(2)
+    force = 0.5 + 2.0 * (1 - np.exp(-((0.05 * t_s) ** 0.3))) + 1e-4 * random.standard_normal(t_s.size)
+    found = fit_static_friction(friction(t_s, force))
+    with_exponent = [form for form in found.fits if form.startswith(("Kato", "power"))]
+    assert found.chosen in with_exponent
+    others = set(found.fits).difference(with_exponent)
+    assert found.of_a_law.chosen == min(others, key=lambda form: found.fits[form].criterion)

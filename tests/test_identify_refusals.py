@@ -241,3 +241,10 @@ def test_a_mass_that_goes_with_the_drive_throughout_is_refused():
     friction = ss.measure({"t": t, "x": x}, {**rig, "damping": 0.1, "drive_velocity": 0.2})
     with pytest.raises(InputError, match=r"the mass goes with the drive throughout|holds no slip"):
         identify(friction, law="Coulomb")
+
+
+def test_a_record_without_slip_is_refused_beside_others(friction):
+    data = friction.to_dataset(inherit=False).drop_vars("slip_velocity")
+    stuck = xr.DataTree.from_dict({"/": data, "/break_away": friction["break_away"].to_dataset(inherit=False)})
+    with pytest.raises(InputError, match=r"record 2 holds break-aways and no slip.*: leave it out"):
+        identify([friction, stuck], law="StaticKinetic")

@@ -37,7 +37,7 @@ DECISIVE = 10.0
 """Difference of two logarithms of likelihoods, of rows that may be correlated, that decides between forms of a law."""
 USUAL_PIECES = 3
 FREE_LEVEL, FALL, WIDER = "static.kinetic", "kinetic.scale", 4.0
-"""Names in a `Combined` law of the level from which static friction grows and of the width of the fall of kinetic friction, and
+"""Names in a `Combined` law of the level from which static friction grows and of the width of the fall of kinetic friction;
 how much wider than guessed a fall is tried too."""
 
 
@@ -186,6 +186,12 @@ def check_kind(records: list[FrictionRecord], law: str | type[Law] | Law, option
             f"identify: {records[0].name} is a table of break-aways, so nothing is known of kinetic friction: leave the law "
             "out to fit static friction alone, or add a record of the motion"
         )
+    for record in records:
+        if not record.slips:
+            raise InputError(
+                f"identify: {record.name} holds break-aways and no slip, so its kinetic friction is not known beside the "
+                "other records: leave it out, or fit static friction over stick time to it alone, without a law"
+            )
     if options.pieces is not None and kind not in OF_PIECES:
         names = ", ".join(law.__name__ for law in OF_PIECES)
         raise InputError(

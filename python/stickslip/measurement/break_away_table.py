@@ -12,7 +12,7 @@ from stickslip.measurement.sticks import Stick
 
 
 def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
-    """One row for each stick whose end lies inside the record.
+    """One row for each stick whose end lies inside the record and is sure.
 
     Returns
     -------
@@ -26,7 +26,7 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
     """
     o, time = friction.fit.oscillator, friction.time
     rows: list[list[float]] = []
-    ends = np.array([stick.end for stick in sticks if stick.ends])
+    ends = np.array([stick.end for stick in sticks if stick.ends and stick.sure])
     if len(ends) == 0:
         return _table(np.zeros((0, 10)))
     terms = {0: -o.stiffness, 1: -o.damping}
@@ -35,7 +35,7 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
     forces = o.stiffness * (o.drive_velocity * (ends - time[0]) - path) + o.damping * (o.drive_velocity - slip)
     row = -1
     for number, stick in enumerate(sticks):
-        if not stick.ends:
+        if not (stick.ends and stick.sure):
             continue
         row += 1
         a, b = np.searchsorted(time, [stick.start, stick.end])

@@ -28,6 +28,9 @@ ENOUGH_STICKS = 8
 MARGIN = 6
 """Samples that a slip beside a stick must have for its evidence to count."""
 
+SURE = MARGIN + 2
+"""So many samples of the last slip of a record tell when it began: with fewer it may be later than it is looked for."""
+
 LATEST = 4
 """Where pictures are few, a first guess may be so many samples off."""
 
@@ -276,6 +279,7 @@ class _OneStick:
         self.model, self.stick, self.low, self.high, self.span = model, stick, low, high, span
         self.kept: dict[tuple[Joint, float, float, float, float], Evidence] = {}
         self.first: float | None = None
+        self.sure = stick.sure and self._sure(stick.end)
         part = slice(*np.searchsorted(model.time, [low, high]))
         self.inside, y, w = model.time[part], model.path[part], model.weight[part] / model.noise**2
         # the level of the stick, near enough to tell cut-offs apart
@@ -289,8 +293,8 @@ class _OneStick:
 
     @property
     def whole(self) -> bool:
-        """Whether both limits lie in the record: of a piece of a stick at its edge little is known."""
-        return self.stick.starts and self.stick.ends
+        """Whether both limits lie in the record and are sure: of a piece of a stick at its edge little is known."""
+        return self.stick.starts and self.stick.ends and self.sure
 
     def rest(self, start: float, end: float) -> Evidence:
         """Evidence of the samples between two times if the mass rests there."""
@@ -436,7 +440,12 @@ class _OneStick:
                 return None, without
         if end - start < step:
             return None, best
-        return replace(stick, start=start, end=end, start_error=start_error, end_error=end_error), best
+        sure = self.sure and self._sure(end)
+        return replace(stick, start=start, end=end, start_error=start_error, end_error=end_error, sure=sure), best
+
+    def _sure(self, end: float) -> bool:
+        """Whether enough of the slip after a stick with this end is seen."""
+        return bool(self.high < self.model.time[-1] or end < self.high - SURE * self.model.step)
 
     def _positions(self, at: float, free: bool, lowest: float, highest: float, early: float) -> Array:
         a, b = max(at - self.span - early, lowest), min(at + self.span, highest)

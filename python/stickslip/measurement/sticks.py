@@ -30,7 +30,10 @@ COLOURED = 2.0
 
 @dataclass(frozen=True)
 class Stick:
-    """One stick; `starts` and `ends` tell whether its limits lie inside the record."""
+    """One stick; `starts` and `ends` tell whether its limits lie inside the record.
+
+    Its end is `sure` where enough of the slip after it is seen.
+    """
 
     start: float
     end: float
@@ -38,6 +41,7 @@ class Stick:
     end_error: float
     starts: bool = True
     ends: bool = True
+    sure: bool = True
 
     @property
     def middle_half(self) -> tuple[float, float]:

@@ -157,14 +157,14 @@ impl ContactProblem<'_> {
             directions[row] = direction;
         }
         let (load, _) = self.loads(&directions);
-        let bears = |row: usize| {
+        let within = |row: usize| {
             if directions[row] == 0.0 {
                 load[row].abs() < CLEARLY * toward(self.limit[row], load[row])
             } else {
                 self.idle(&directions, row)
             }
         };
-        (0..load.len()).all(bears).then_some(directions)
+        (0..load.len()).all(within).then_some(directions)
     }
 
     /// The direction of every contact, 0 for those that stick.

@@ -518,8 +518,8 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
     if "gravity_sine" in best.parameters.index:
         arm = math.hypot(*best.parameters.loc[list(GRAVITY), "value"])
         notes.append(
-            f"The force has a part of {arm:.3g} that follows the sine of the angle, as the weight of an arm has it; it is "
-            "not part of the law."
+            f"The force has a part of {arm:.3g} that follows sine and cosine of the angle, as the weight of an arm has; it "
+            "is not part of the law."
         )
     notes += _asymmetry(rows, best) + _confounded(rows, fits, chosen) + _extrapolated(rows, fits, [chosen, *undecided])
     apart = np.sqrt(best.losses / np.median(best.losses)) if np.median(best.losses) > 0 else np.zeros(1)

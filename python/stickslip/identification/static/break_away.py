@@ -29,7 +29,7 @@ FEWEST_ROWS = 5
 SHOWN = 3
 """Forms that a picture shows."""
 WITHOUT_A_LAW = ("power", "Kato")
-"""Forms that no law has with the numbers that are fitted, alone or above a level of their own; `DwellTime` holds its exponent."""
+"""Forms that no law has, with a level of their own or without: `DwellTime` is Kato's with its exponent held."""
 TOGETHER = 0.5
 """Correlation of stick time with time beyond which a drift may pass for growth."""
 EQUAL = 0.01

@@ -351,7 +351,7 @@ impl Motion {
     }
 
     /// Coefficients k of friction that does not hold, from those of the slip speeds, and what it accelerates.
-    fn rub(&mut self, frame: &Frame, laws: &[&Law], force_lines: &[ForceLine], k: usize, sloped: bool) {
+    fn friction(&mut self, frame: &Frame, laws: &[&Law], force_lines: &[ForceLine], k: usize, sloped: bool) {
         let lines = &self.acting.lines;
         let (speeds, forces) = (self.u.of(k), self.force.of_mut(k));
         let count = speeds.len();
@@ -457,7 +457,7 @@ impl Motion {
                     self.u.numbers[c] = line.sign() * slip;
                 }
             }
-            self.rub(frame, laws, force_lines, k, sloped);
+            self.friction(frame, laws, force_lines, k, sloped);
             self.hold(frame, held, k);
             let drive = self.acting.drive.of(k + 1);
             if ridden && held.contacts.iter().all(|&c| drive[c] == 0.0) {
