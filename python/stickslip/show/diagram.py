@@ -176,7 +176,7 @@ def _draw_directions(diagram: xr.Dataset, parameter: str, drawn: xr.DataArray, a
     shared: dict[str, Any] = {"marker": ".", "ls": "", "ms": 2.4, "mew": 0, "color": OKABE_ITO["grey"]}
     ax.plot(across[one].ravel(), points[0][one].ravel(), rasterized=True, zorder=2, **shared)
     if one.any():
-        ax.plot([], [], label="the same from all", **(shared | {"ms": 7}))
+        ax.plot([], [], label="the same in all sweeps", **(shared | {"ms": 7}))
     for layer, direction in enumerate(directions):
         look: dict[str, Any] = {
             "marker": _MARKERS[direction],
@@ -189,5 +189,5 @@ def _draw_directions(diagram: xr.Dataset, parameter: str, drawn: xr.DataArray, a
         ax.plot([], [], ms=5, label=_DIRECTIONS[direction], **look)
     ax.set_xlim(values[0], values[-1])
     _mark_unfinished(diagram, parameter, ax)
-    ax.legend(**ABOVE, ncols=len(directions) + 1, columnspacing=1.0)
+    ax.legend(**ABOVE, ncols=2, columnspacing=1.0)
     return ax
