@@ -36,9 +36,10 @@ OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)
 DECISIVE = 10.0
 """Difference of two logarithms of likelihoods, of rows that may be correlated, that decides between forms of a law."""
 USUAL_PIECES = 3
-FREE_LEVEL, FALL, WIDER = "static.kinetic", "kinetic.scale", 4.0
-"""Names in a `Combined` law of the level from which static friction grows and of the width of the fall of kinetic friction;
-how much wider than guessed a fall is tried too."""
+FREE_LEVEL, FALL = "static.kinetic", ("kinetic.break_away", "kinetic.kinetic", "kinetic.scale")
+"""Names in a `Combined` law of the level from which static friction grows, and of a fall of kinetic friction."""
+WIDE = 0.25
+"""Width of the fall that is tried beside the guessed one, over the fastest slip."""
 
 
 @dataclass(frozen=True)
@@ -363,12 +364,16 @@ def _forms(guess: Guess) -> list[Guess]:
 def _likeliest(problem: Problem) -> BranchFit:
     """The fit from the first guess; of a fall of kinetic friction beside a free level of static friction the likelier of two.
 
-    Nothing then holds the curve at w = 0, and measured friction is rounded there: a fall that is guessed too short stays so.
+    Nothing then holds the curve at w = 0, and measured friction is rounded there: a fall that is guessed too short or too low
+    stays so. The other begins half way up to static friction.
     """
     found = fit_branches(problem, problem.law)
-    if not {FREE_LEVEL, FALL}.issubset(problem.free):
+    if not {FREE_LEVEL, *FALL}.issubset(problem.free):
         return found
-    wide = fit_branches(problem, with_values(problem.law, {FALL: WIDER * value(problem.law, FALL)}))
+    top, low, width = FALL
+    half = 0.5 * (value(problem.law, FREE_LEVEL) + value(problem.law, low))
+    fastest = max(float(np.abs(motion.slip_velocity).max()) for motion in problem.motions)
+    wide = fit_branches(problem, with_values(problem.law, {top: half, width: WIDE * fastest}))
     return min(found, wide, key=_unlikeliness)
 
 
