@@ -291,7 +291,8 @@ def ranked(
     if not kinetic.counts.any():
         raise InputError("compare: the laws have no part in common that they predict; take longer records")
     score = kinetic.log_error() + breaks.log_error()
-    asked, offset_said = _offset(found, dict(zip(names, kinetic.error(), strict=True)))
+    error = kinetic.error()
+    asked, offset_said = _offset(found, dict(zip(names, error, strict=True)))
     # A number that is not zero tells more than predictions, which a few blocks can hardly tell apart.
     open_to = [i for i, name in enumerate(names) if not asked or f"{name} + offset" not in found]
     first = min(open_to, key=lambda i: score[i])
@@ -307,7 +308,7 @@ def ranked(
     table = pd.DataFrame(
         {
             "numbers": count,
-            "kinetic": kinetic.error(),
+            "kinetic": error,
             "break_away": breaks.error(),
             "behind": behind,
             "error": spread,
