@@ -63,7 +63,7 @@ test: .venv/.tested
 
 .venv/.tested: .venv/.built $(PACKAGE) $(TESTS)
 	@rm -f $@
-	@$(MAKE) --no-print-directory test-core test-python
+	@$(MAKE) --no-print-directory --jobs 2 test-core test-python # the core's compiler fills the pauses of the others
 	@touch $@
 
 test-core: .tools/.rust
@@ -77,7 +77,8 @@ test-slow: .venv/.built
 	$(BIN)/python docs/evidence/slow_tests.py --keep build/slow-tests.jsonl
 	$(BIN)/python docs/evidence/events.py
 
-check: static test-core test-python
+check: static
+	@$(MAKE) --no-print-directory --jobs 2 test-core test-python
 
 static: format-check lint types
 
