@@ -15,7 +15,7 @@ from stickslip.laws.state_law import StateLaw
 #: The first digits of the SHA-256 of all events of twenty orbits, or of force and state along a motion. They change where
 #: the arithmetic of the core does, on purpose, and never from one machine to another.
 PINNED = {
-    "BogaczRyczek": "5ec7ef545d64",
+    "BogaczRyczek": "c060e586c436",
     "Dahl": "c7f8522f255d",
     "LuGre": "f0e962d25efa",
     "ElastoPlastic": "5fb4fe40ad57",

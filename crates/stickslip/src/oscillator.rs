@@ -115,8 +115,9 @@ impl Oscillator {
         !self.law.smooth() && !self.resonates()
     }
 
-    /// Whether a harmonic meets so faint a damping on one of the pieces its law has from the start that the closed form, which
-    /// holds the response of all times, would lose digits: such a motion belongs on a Taylor series.
+    /// Whether a harmonic meets, or under a law whose slopes come from the motion may meet, so faint a damping on a piece of its
+    /// law that the closed form, which holds the response of all times, would lose digits: such a motion belongs on a Taylor
+    /// series.
     #[must_use]
     pub fn resonates(&self) -> bool {
         let met = |slope: f64| {
@@ -128,9 +129,9 @@ impl Oscillator {
         if self.law.smooth() || !self.forcing.iter().any(tuned) {
             return false;
         }
-        // Its first slip falls by as much as adhesion held, which may be nothing.
+        // What adhesion held and where ẇ turned decide its slopes: any may come.
         let laws = [-1.0, 1.0].map(|direction| self.law.toward(direction));
-        if laws.iter().any(|law| matches!(law, Law::BogaczRyczek(_))) && met(0.0) {
+        if laws.iter().any(|law| matches!(law, Law::BogaczRyczek(_))) {
             return true;
         }
         let starts = laws

@@ -97,7 +97,7 @@ fn end_of_forced_slip<const H: usize>(
     };
     let exit = first_exit(&speed, ends, start, horizon, work)?;
     let at_reversal = start == Start::Reversal && !slip.decay.oscillates();
-    let x = if at_reversal || slip.decay.steep() {
+    let x = if at_reversal || slip.decay.separates() {
         work.evaluations += 1;
         speed.slip.position(exit.t, &slip.basis(exit.t))
     } else {

@@ -20,7 +20,6 @@ pub struct Decay {
     /// k/m.
     pub(crate) natural_squared: f64,
     separates: bool,
-    steep: bool,
 }
 
 /// Below this ratio of ω to γ the two exponents count as one.
@@ -43,7 +42,6 @@ impl Decay {
             per_omega: 1.0 / omega,
             natural_squared,
             separates: kappa > 0.0 && omega > SEPARATE * gamma.abs(),
-            steep: kappa > 1e2 * natural_squared,
         }
     }
 
@@ -56,11 +54,6 @@ impl Decay {
     /// The time in which the free motion changes much.
     pub(crate) fn time(&self) -> f64 {
         1.0 / self.omega.max(self.gamma.abs())
-    }
-
-    /// Whether it is so heavily damped that the position follows from the slip speed with a digit less.
-    pub(crate) fn steep(&self) -> bool {
-        self.steep
     }
 
     /// No exponent of the free motion is larger in size.
@@ -480,12 +473,12 @@ impl<const H: usize> Slip<H> {
         Basis { c, s, cos, sin }
     }
 
-    /// The position at τ = t. On a steep piece of friction the mass rests far away, so that a sum that begins there would lose
-    /// the digits of the way made: it is counted from the start.
+    /// The position at τ = t. Where friction is steep, or the spring soft beside the damping, the mass rests far away, so that a
+    /// sum that begins there would lose the digits of the way made: it is counted from the start.
     #[inline]
     #[must_use]
     pub fn position(&self, t: f64, basis: &Basis<H>) -> f64 {
-        if self.decay.steep() {
+        if self.decay.separates() {
             self.position_from_start(t, basis)
         } else {
             self.x.at(basis)
