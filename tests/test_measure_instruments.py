@@ -353,3 +353,29 @@ def test_a_measured_gauge_survives_a_file(shared_data: Path, tmp_path: Path) -> 
         np.testing.assert_array_equal(back["force"], f["force"])
         assert facts(back) == facts(f)
         assert list(back["steady"]["branch"].values) == list(f["steady"]["branch"].values)
+
+
+def test_runs_of_a_cylinder_at_unlike_speeds_are_no_repetitions(tmp_path: Path) -> None:
+    """Friction that depends on speed is no scatter between runs, and one stroke and its return have an error too."""
+    (tmp_path / "rig.toml").write_text(
+        'instrument = "cylinder"\nbore = 0.05\nrange = [0.01, 0.09]\n[columns]\n'
+        + "".join(f'{name} = "{name}"\n' for name in ("time", "displacement", "pressure", "force"))
+    )
+    rig = load_rig(tmp_path / "rig.toml")
+
+    def run(speed: float, back: bool = True) -> dict[str, np.ndarray]:
+        way = np.linspace(0, 2 if back else 0.98, 400)
+        force = np.where(way < 1, 1.0, -1.0) * (100 + 1000 * speed) + np.random.default_rng(1).normal(0, 1, way.size)
+        return {
+            "time": way * 0.1 / speed,
+            "displacement": 0.1 * (1 - abs(1 - way)),
+            "pressure": 0 * way,
+            "force": force,
+        }
+
+    one = measure([run(speed) for speed in (0.01, 0.02, 0.04)], rig)
+    assert np.allclose(one["steady"].force, [110, 120, 140], atol=0.5) and (one["steady"].force_error < 0.5).all()
+    two = measure([run(speed) for speed in (0.01, 0.0101, 0.04)], rig)
+    assert any("over 2 runs repeated at one pressure and one speed" in note for note in ss.measurement.notes(two))
+    with pytest.raises(ss.InputError, match="every whole stroke goes out"):
+        measure(run(0.01, back=False), rig)

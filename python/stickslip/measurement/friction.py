@@ -32,7 +32,7 @@ from stickslip.measurement.result import release
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
-from stickslip.measurement.signals.noise import impulses, noise_level
+from stickslip.measurement.signals.noise import clipped, impulses, noise_level
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.slip_evidence import SlipModel
 from stickslip.measurement.signals.spectra import Line
@@ -194,6 +194,13 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         notes.append(
             f"{np.count_nonzero(spikes)} isolated impulses ({100 * spikes.mean():.1f} % of the samples) were left out"
         )
+    beyond = clipped(x, noise)
+    if beyond.any():
+        weight[beyond] = 0.0
+        notes.append(
+            f"{np.count_nonzero(beyond)} samples ({100 * beyond.mean():.1f} %) stand at the end of the instrument's range: "
+            "it was saturated there; they were left out, and break-aways among them are not seen; widen the range"
+        )
 
     presmoothed = presmooth(time, x, weight, o, noise)
     flanks = find_flanks(presmoothed, 0.0)  # every fall that stands clear of the noise
@@ -257,11 +264,22 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
         sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
         fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o))
     friction = replace(friction_force(fit, sticks), late=late)
+    sticks = [replace(stick, sure=stick.sure and not _hidden(draft, stick.end)) for stick in sticks]
     lasting = [stick.end - stick.start for stick in sticks]
     slow = slow_share(friction.slip_velocity, o.drive_velocity, draft.noise, draft.step, lasting)
     seen = presmoothed.rate_error / o.drive_velocity
     word = regime(friction.slip_velocity, o.drive_velocity, *slow, seen, draft.rigid, len(sticks), len(flanks.limits))
     return friction, sticks, slow[0], word
+
+
+def _hidden(draft: Draft, end: float) -> bool:
+    """Whether three samples in a row or more are missing about the end of a stick, so that it is not seen."""
+    missing = np.concatenate([[False], draft.weight == 0, [False]])
+    first, last = np.flatnonzero(np.diff(missing)).reshape(-1, 2).T
+    long = last - first >= 3
+    before, after = draft.time[first[long]], draft.time[last[long] - 1]
+    # What lacks them may place the end as far behind them as they are long.
+    return bool(np.any((end >= before - 2 * draft.step) & (end <= after + (after - before) + 2 * draft.step)))
 
 
 def _knots(presmoothed: Presmoothed, oscillator: OscillatorConstants) -> float:
@@ -322,7 +340,7 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
         "slow_share": found.slow,
         # of a motion whose kind cannot be told neither is known
         "stuck_share": math.nan if found.regime == "unknown" else float(np.mean(f.stuck)),
-        "slips": math.nan if found.regime == "unknown" else int(events.sizes["event"]),
+        "slips": math.nan if found.regime == "unknown" else sum(stick.ends for stick in found.sticks),
         "creeps": int(not found.rigid),
         "stiffness": o.stiffness,
         "mass": rig.mass,

@@ -10,6 +10,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
+from stickslip.measurement.instruments.scatter import block_error
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.smooth import jerk_spline
 
@@ -30,18 +31,20 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     notes = notes_of(records)
     known = bench.maybe("between_run_error")
     half = rows["force"]
-    between, repeated = _between_runs(rows["pressure"], half)
+    between, repeated = _between_runs(rows["pressure"], rows["slip_velocity"], half)
+    deviation = rows["in_run_deviation"][np.isfinite(rows["in_run_deviation"])]
     if repeated:
+        within = f", {deviation.mean():.2f} N between the strokes of one run" if deviation.size else ""
         notes.append(
-            f"half width of the loop over {repeated} runs repeated at one pressure: {between:.2f} N between runs, "
-            f"{rows['in_run_deviation'].mean():.2f} N between the strokes of one run: the error is that between runs"
+            f"half width of the loop over {repeated} runs repeated at one pressure and one speed: {between:.2f} N between "
+            f"runs{within}: the error is that between runs"
         )
     elif known is not None:
         between = known
         notes.append(f"the error is the {known:g} N between runs that the rig states (between_run_error)")
     else:
         notes.append(
-            "the error is the scatter between strokes of one run; runs repeated with the same seal differ by more: measure "
+            "the error is the scatter within one run; runs repeated with the same seal differ by more: measure "
             "the repetitions together, or state between_run_error in the rig"
         )
     error = rows["in_run_error"] if math.isnan(between) else np.full(len(runs), between)
@@ -57,7 +60,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     facts: dict[str, float | str] = {
         "force": float(half.mean()),
         "force_error": float(error.max()),
-        "in_run_deviation": float(rows["in_run_deviation"].mean()),
+        "in_run_deviation": float(deviation.mean()) if deviation.size else math.nan,
         "forward_force": float(rows["forward_force"].mean()),
         "backward_force": float(rows["backward_force"].mean()),
         "area": area,
@@ -75,16 +78,24 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     )
 
 
-def _between_runs(pressure: Array, force: Array) -> tuple[float, int]:
-    """Standard deviation between runs at the same pressure (within a tenth), pooled, and how many runs gave it."""
+def _between_runs(pressure: Array, speed: Array, force: Array) -> tuple[float, int]:
+    """Standard deviation between runs at one pressure and one speed (within a tenth), pooled, and how many runs gave it."""
     squares, free, runs = 0.0, 0, 0
-    order = np.argsort(pressure)
-    apart = np.flatnonzero(np.diff(pressure[order]) > 0.1 * np.abs(pressure[order[:-1]])) + 1
-    for group in np.split(order, apart):
+    kinds = np.stack([_alike(pressure), _alike(speed)])
+    for kind in np.unique(kinds, axis=1).T:
+        group = force[(kinds == kind[:, None]).all(axis=0)]
         if len(group) > 1:
-            squares += float(np.sum((force[group] - force[group].mean()) ** 2))
+            squares += float(np.sum((group - group.mean()) ** 2))
             free, runs = free + len(group) - 1, runs + len(group)
     return (math.sqrt(squares / free), runs) if free else (math.nan, 0)
+
+
+def _alike(values: Array) -> npt.NDArray[np.intp]:
+    """One number for all values that follow each other within a tenth."""
+    order = np.argsort(values)
+    found = np.empty(len(values), dtype=np.intp)
+    found[order] = np.cumsum(np.diff(values[order], prepend=values[order[0]]) > 0.1 * np.abs(values[order]))
+    return found
 
 
 def _motion(record: Samples) -> tuple[Array, Array, float]:
@@ -113,6 +124,7 @@ def _run(record: Samples, area: float, bench: Bench) -> dict[str, float]:
     v, _, _ = _motion(record)
     inside = (x >= low) & (x <= high)
     levels: dict[int, list[float]] = {1: [], -1: []}
+    errors: dict[int, list[float]] = {1: [], -1: []}
     speeds: dict[int, list[float]] = {1: [], -1: []}
     # a stroke is a stretch inside the range that moves one way from one end of it to the other
     edges = np.flatnonzero(np.diff(inside.astype(np.int8))) + 1
@@ -124,8 +136,14 @@ def _run(record: Samples, area: float, bench: Bench) -> dict[str, float]:
             continue
         sense = 1 if way > 0 else -1
         levels[sense].append(float(np.mean(friction[part])))
+        errors[sense].append(block_error(friction[part]))
         speeds[sense].append(way / float(record.time[part[-1]] - record.time[part[0]]))
-    if not levels[1] or not levels[-1]:
+    if bool(levels[1]) != bool(levels[-1]):
+        raise InputError(
+            f"{record.source}: every whole stroke goes {'out' if levels[1] else 'in'}; friction is half of what the force "
+            "differs by between the two ways: record a stroke and its return"
+        )
+    if not levels[1]:
         raise InputError(
             f"{record.source}: no whole stroke lies within range = [{low:g}, {high:g}] m (the record spans {x.min():.4g} "
             f"to {x.max():.4g} m); correct the range"
@@ -144,7 +162,7 @@ def _run(record: Samples, area: float, bench: Bench) -> dict[str, float]:
         "backward_force": backward,
         "shift": (forward + backward) / 2,
         "in_run_deviation": deviation,
-        "in_run_error": deviation / math.sqrt(count),
+        "in_run_error": deviation / math.sqrt(count) if count > 1 else math.hypot(errors[1][0], errors[-1][0]) / 2,
         "strokes": float(2 * count),
         "velocity_deviation": float(np.std(v[inside])),
     }

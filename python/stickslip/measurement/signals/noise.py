@@ -1,4 +1,4 @@
-"""What does not belong to the motion: white noise, isolated impulses, the mains line."""
+"""What does not belong to the motion: white noise, isolated impulses, readings at the end of the range, the mains line."""
 
 from __future__ import annotations
 
@@ -50,6 +50,42 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     return np.asarray((deviation > least + 3 * slope) & (np.abs(signal - cubic) > least))
 
 
+def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
+    """Samples at the end of an instrument's range, where it would have read on.
+
+    The readings at the largest (or the smallest) value are taken for clipped where there are five times as many as of
+    each value beside it, and where the line through the eight samples before a run of at least three of them goes on,
+    in most runs, by more than five sigmas.
+
+    Parameters
+    ----------
+    signal : (n,) record.
+    noise : its standard deviation.
+
+    Returns
+    -------
+    (n,) True at the samples that say no more than that the range has ended.
+
+    Examples
+    --------
+    >>> saw = np.arange(1000) % 50 / 50.0
+    >>> int(clipped(saw, 0.001).sum()), int(clipped(np.minimum(saw, 0.84), 0.001).sum())
+    (0, 160)
+    """
+    found = np.zeros(len(signal), dtype=bool)
+    for upward in (signal, -signal):
+        values, counts = np.unique(upward, return_counts=True)
+        if len(values) < 6 or counts[-1] < 5 * counts[-6:-1].mean():
+            continue
+        at_end = upward == values[-1]
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], at_end, [False]])))
+        runs = [(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if a >= 8 and b - a >= 3]
+        middle = [np.polyval(np.polyfit(np.arange(-8, 0), upward[a - 8 : a], 1), min(b - a, 10) / 2) for a, b in runs]
+        if len(runs) >= 2 and np.mean(np.array(middle) > values[-1] + 5 * noise) > 0.5:
+            found |= at_end
+    return found
+
+
 def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) -> Array:
     """The mains line of a record, as a sine whose amplitude and phase may drift from block to block.
 
@@ -92,7 +128,11 @@ def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) 
 
 
 def line_excess(signal: Array, step: float, frequency: float) -> float:
-    """Power at this frequency over the median of its neighbourhood; 1 where there is no line, 0 where it is unseen."""
+    """Power at this frequency over the median of its neighbourhood.
+
+    1 where there is no line, and where others in its neighbourhood stand out half as far: those are the harmonics of the
+    motion, of which it may be one. 0 where it is unseen.
+    """
     from scipy.signal import welch
 
     if frequency > 0.45 / step:
@@ -105,4 +145,9 @@ def line_excess(signal: Array, step: float, frequency: float) -> float:
     around = (np.abs(frequencies - frequency) <= 0.3 * frequency) & ~near
     if not near.any() or np.count_nonzero(around) < 5:
         return 0.0
-    return float(power[near].max() / max(np.median(power[around]), 1e-300))
+    level = max(float(np.median(power[around])), 1e-300)
+    # A spectrum falls with frequency: each line beside is compared with what lies about itself.
+    beside = power / np.maximum(median_filter(power, max(np.count_nonzero(around) // 2, 5)), level * 1e-6)
+    wide = (np.abs(frequencies - frequency) <= 0.6 * frequency) & ~near
+    excess = float(power[near].max()) / level
+    return excess if excess > 2 * float(beside[wide].max()) else 1.0
