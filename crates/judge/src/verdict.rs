@@ -305,12 +305,21 @@ impl<'a> Judge<'a> {
     }
 
     /// What is known of positions and speeds at best: some roundings of the largest, and what a steep piece made of so many
-    /// roundings of w before: the slip acceleration that it was left with is off by that, and with it where the mass is.
+    /// roundings of w before: the slip acceleration that it was left with is off by that, and with it where the mass is. On the
+    /// stiffest of its springs, or what is said here of a softer one would come back larger from each event on that.
     fn floor(&self) -> [f64; 2] {
         let mut floor = self.size.map(|size| 64.0 * f64::EPSILON * size);
         if self.problem.n == 1 {
             let off = self.entry[0] / 64.0;
-            let natural = (self.problem.stiffness[0] / self.problem.mass[0]).sqrt();
+            let springs = self.problem.springs.iter();
+            let steepest = springs.map(|spring| {
+                let pieces = 0..spring.nodes.len().max(2) - 1;
+                pieces
+                    .map(|piece| spring.steepness(piece, self.size[0]))
+                    .fold(0.0, f64::max)
+            });
+            let stiffness = self.problem.stiffness[0] + steepest.sum::<f64>();
+            let natural = (stiffness / self.problem.mass[0]).sqrt();
             floor[0] += off / (natural * natural);
             floor[1] += off / natural;
         }
