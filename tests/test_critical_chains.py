@@ -194,3 +194,22 @@ def test_a_drive_that_is_not_the_same_everywhere_is_no_number():
     # Between masses nothing is driven.
     carriage = ss.System([1, 1], [2, 0], 0.1, [ss.Contact(0, FALLING, 0.2), ss.Contact(1, FALLING, other=0)])
     assert carriage.with_number("drive_velocity", 0.5).contacts[1].drive_velocity == 0.0
+
+
+def test_stick_slip_is_followed_beyond_where_a_run_from_rest_loses_it():
+    """A brake pad in a caliper: from rest it sticks up to 0.61 m/s, and followed up, by plain runs, beyond 0.75."""
+    law = ss.laws.ExponentialStribeck(42.0, 27.0, 0.25, 4.0)
+    masses, springs = [0.45, 2.2], [[6500.0, -6500.0], [-6500.0, 15500.0]]
+
+    def brake(speed):
+        contact = ss.Contact(mass=0, law=law, drive_velocity=speed)
+        return ss.System(mass=masses, stiffness=springs, damping=[[3.0, -3.0], [-3.0, 9.0]], contacts=[contact])
+
+    found = ss.critical_velocities(brake(0.15), (0.3, 1.5))
+    assert found["hopf"] < found["end_of_stick_slip_from_rest"] < found["end_of_stick_slip"]
+    end = ([0.0, 0.0], [0.0, 0.0])
+    for speed in np.linspace(0.5, 0.76, 53):
+        orbit = ss.simulate(brake(speed), 40.0, *end)
+        end = orbit.at(orbit.t_end)
+        sticks = bool((orbit.events.query("t > 30").kind == "capture").any())
+        assert sticks == (speed < found["end_of_stick_slip"])

@@ -148,9 +148,11 @@ def test_break_aways_beyond_the_range_of_the_instrument_are_not_invented(belt):
     t, x, rig = belt
     whole = measure({"t": t, "x": x}, rig)
     cut = measure({"t": t, "x": np.minimum(x, np.quantile(x, 0.8))}, rig)
-    assert not any("range" in note for note in whole.notes) and len(whole["break_away"].t) > 25
+    assert not any("range" in note for note in whole.notes)
+    assert len(whole["break_away"].t) > 25
     assert any("end of the instrument's range" in note for note in cut.notes)
-    assert len(cut["break_away"].t) == 0 and cut.attrs["slips"] > 25
+    assert len(cut["break_away"].t) == 0
+    assert cut.attrs["slips"] > 25
 
 
 def test_a_harmonic_of_the_motion_is_not_taken_for_the_mains(belt):

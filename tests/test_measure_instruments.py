@@ -374,7 +374,8 @@ def test_runs_of_a_cylinder_at_unlike_speeds_are_no_repetitions(tmp_path: Path) 
         }
 
     one = measure([run(speed) for speed in (0.01, 0.02, 0.04)], rig)
-    assert np.allclose(one["steady"].force, [110, 120, 140], atol=0.5) and (one["steady"].force_error < 0.5).all()
+    assert np.allclose(one["steady"].force, [110, 120, 140], atol=0.5)
+    assert (one["steady"].force_error < 0.5).all()
     two = measure([run(speed) for speed in (0.01, 0.0101, 0.04)], rig)
     assert any("over 2 runs repeated at one pressure and one speed" in note for note in ss.measurement.notes(two))
     with pytest.raises(ss.InputError, match="every whole stroke goes out"):

@@ -39,11 +39,11 @@ def run(options: argparse.Namespace) -> None:
         return
     for kind, value in found.all:
         nature = f", {found.criticality}" if kind == "hopf" and found.criticality else ""
-        say(f"{kind.replace('_', ' '):20s}{value:.12g}{nature}")
+        say(f"{kind.replace('_', ' ') + ' ':20s}{value:.12g}{nature}")
     if not found:
         say("none in this range" if found.finished else "none confirmed so far")
     for name, low, high in found.brackets:
-        say(f"{name.replace('_', ' '):20s}between {low:.12g} and {high:.12g} (not confirmed)")
+        say(f"{name.replace('_', ' ') + ' ':20s}between {low:.12g} and {high:.12g} (not confirmed)")
     for point in found.not_shown:
         say(f"{point.kind.replace('_', ' '):20s}{point.parameter:.12g}, on a cycle (not shown by runs)")
     for low, high in found.neutral:

@@ -40,6 +40,8 @@ _CONFIRM = ((1e-3, 300), (1e-3, 3000), (1e-2, 300), (1e-4, 3000))
 _CYCLES, _LONG = 100, 600
 #: How long runs of several masses have to be, where only runs tell a change, and how near that is, relative to the speed.
 _LONGEST, _NEAR = 3000, 1e-5
+#: The last step of a motion that is followed to its end, relative to the speed.
+_CLOSE = 1e-4
 #: Two speeds closer than this, relative to the bounds, are the same.
 _SAME = 1e-6
 #: Candidates closer than this, relative to the speed, may be too near for runs to tell which of them changes the motion.
@@ -167,7 +169,8 @@ def critical_velocities(
     -------
     Mapping of the names that exist to drive velocities: ``"hopf"``, ``"nonsmooth_hopf"`` (corner of the law, or a cycle that
     shrinks linearly to a point), ``"end_of_stick_slip"`` (the greatest velocity up to which stick-slip exists),
-    ``"onset_of_stick_slip"`` (found by runs alone), ``"nonsmooth_fold"``, ``"grazing_sliding"``, ``"fold"``.
+    ``"onset_of_stick_slip"`` (found by runs alone), either with ``"_from_rest"`` where stick-slip goes on beyond and only the
+    run from rest no longer comes to it, ``"nonsmooth_fold"``, ``"grazing_sliding"``, ``"fold"``.
     ``.criticality`` says by F‴(s) whether the cycle at the smooth Hopf point is stable, ``.neutral`` where slip is neutral,
     D + F′(s) = 0: a centre, as without damping under constant kinetic friction.
 
@@ -183,7 +186,8 @@ def critical_velocities(
     else runs of 3000 of the slowest natural periods tell it to 1e-5. What these do not settle is in ``.brackets``. Sticks in
     less than 1e-4 of the time are none.
 
-    Limits: cycles that are reached neither from rest nor from beside steady slip are not looked for; nor is, of several
+    Limits: cycles that are reached neither from rest, nor from beside steady slip, nor from those at another speed, are not
+    looked for; nor is, of several
     masses, what happens and is undone between two of the 96 speeds, or `criticality`.
 
     Source: Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389; Leine & Nijmeijer 2004 (LNACM 18), ch. 8.
@@ -300,13 +304,14 @@ def _search(
             ends.append(value)
     for run, looks in sweeps:
         for value, sides in _changes_of_sticking(run, looks, [*ends, *(value for _, value in found)]):
-            # From rest a change is one whatever it comes from; beside steady slip it may be that of a basin.
-            if run is not sweeps[0][0] and not _ends(system, watch, value, *sides):
+            # Where a motion goes on beyond, a start has left its basin; of those the run from rest has a name.
+            suffix = "" if _ends(system, watch, value, *sides) else "_from_rest"
+            if suffix and run is not sweeps[0][0]:
                 continue
-            if sides[0].sticks:
+            if sides[0].sticks and not suffix:
                 ends.append(value)
             elif value not in (other for _, other in found):
-                found.append(("onset_of_stick_slip", value))
+                found.append((("end" if sides[0].sticks else "onset") + "_of_stick_slip" + suffix, value))
     watch("confirmation", len(candidates) + 1, len(candidates) + 1)
     return ends
 
@@ -406,7 +411,7 @@ def _brackets(sweep: Sweep, known: list[tuple[str, float]]) -> tuple[tuple[str, 
 
 
 def _look(system: Oscillator | System, low: float, high: float, watch: _Watch, sweeps: list[Sweep]) -> None:
-    """Add what runs from rest, and from beside steady slip where that is unstable, show over the speeds."""
+    """Add what runs show over the speeds: from rest, beside steady slip that is unstable, and beyond where those end."""
     speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
     states = [steady_slip(with_number(system, _PATH, speed)) for speed in speeds]
     pairs = zip(speeds, states, strict=True)
@@ -418,7 +423,50 @@ def _look(system: Oscillator | System, low: float, high: float, watch: _Watch, s
             looks.append((speed, run(speed, _CYCLES)))
         if isinstance(system, System):
             _outlast(run, looks)
+    for changes in [tuple(_unlike_neighbours(looks)) for _, looks in sweeps]:
+        for below, above in changes:
+            sweep = _followed(system, watch, (below, above), speeds)
+            # Where it ends at once, the sweep it comes from has shown that.
+            if len(sweep[1]) > 2:
+                sweeps.append(sweep)
+                if isinstance(system, System):
+                    _outlast(*sweep)
     watch("runs", count, count)
+
+
+def _followed(
+    system: Oscillator | System, watch: _Watch, change: tuple[tuple[float, Shown], ...], speeds: Sequence[float]
+) -> Sweep:
+    """The motion that sticks on one side of a change, followed beyond it from speed to speed until it sticks no more."""
+    here, beyond = change if change[0][1].sticks else change[::-1]
+    way = math.copysign(1.0, beyond[0] - here[0])
+    ends = {here[0]: here[1].end}
+
+    def run(speed: float, cycles: float) -> Shown:
+        start = ends[max((known for known in ends if way * known <= way * speed), key=lambda known: way * known)]
+        look = watch.shown(with_number(system, _PATH, speed), cycles, *start)
+        if look.sticks:
+            ends[speed] = look.end
+        elif speed != here[0]:
+            ends.pop(speed, None)
+        return look
+
+    looks = [here]
+    for speed in sorted((speed for speed in speeds if way * speed > way * here[0]), key=lambda speed: way * speed):
+        looks.append((speed, run(speed, _CYCLES)))
+        if not looks[-1][1].sticks:
+            break
+    # Near its end the basin of a motion is small: a long step leaves it before the motion ends.
+    (last, _), (lost, look) = looks[-2:]
+    step = 0.0 if look.sticks else (lost - last) / 2
+    while abs(step) > _CLOSE * last:
+        look = run(last + step, _LONG)
+        if look.sticks:
+            looks.insert(-1, (last := last + step, look))
+        else:
+            looks[-1] = (last + step, look)
+            step /= 2
+    return run, looks
 
 
 def _outlast(run: Run, looks: list[tuple[float, Shown]]) -> None:
@@ -482,15 +530,15 @@ def _branches(
     family = Family((_PATH,), (bounds,), relative=True)
     branches: list[Branch] = []
 
-    def follow(speed: float, beside: bool) -> None:
+    def follow(speed: float, sweep: int, look: Shown) -> None:
         there = with_number(system, _PATH, speed)
-        guess = _disturbed(system, speed, 0.1 * speed) if beside else None
+        guess = [None, _disturbed(system, speed, 0.1 * speed), look.end][min(sweep, 2)]
         branch = _branch(there, speed, guess, family, branches, watch)
         if branch is not None:
             branches.append(branch)
 
     count, done = sum(len(looks) for _, looks in sweeps) + len(steady), 0
-    for beside, (_, looks) in enumerate(sweeps):
+    for sweep, (_, looks) in enumerate(sweeps):
         for speed, look in looks:
             watch("cycles", done, count)
             done += 1
@@ -502,7 +550,7 @@ def _branches(
                 and not _decays(system, speed, look)
                 and not any(_passes(branch, speed, look) for branch in branches)
             ):
-                follow(speed, bool(beside))
+                follow(speed, sweep, look)
     for _, value in steady:
         watch("cycles", done, count)
         done += 1
