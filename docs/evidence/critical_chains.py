@@ -138,6 +138,16 @@ def attracts_on_one_side(system: ss.System, here: float, there: float) -> bool:
     return False
 
 
+def ends_followed(system: ss.System, here: float, there: float) -> bool:
+    """Whether a motion that sticks, followed to a speed from afar by small steps, sticks on there and not beyond."""
+    end: Any = None
+    for speed in here + (here - there) * np.append(np.geomspace(500, 0.3, 150), 0.0):
+        if speed > 0:
+            goes_on, end = run(system, speed, SHORT, end)
+            end = end if goes_on else None
+    return end is not None and run(system, here, LONGEST, end)[0] and not run(system, there, LONGEST, end)[0]
+
+
 def growth(system: ss.System, speed: float, cycles: float, share: float = 1e-6) -> float:
     """What becomes of a small motion beside steady slip: ln of its size after so many slowest cycles, over that before.
 
@@ -183,7 +193,9 @@ def confirmed(system: ss.System, kind: str, value: float, others: list[float]) -
             return True
     sides = (value - step, value + step)
     # Another motion than that from a stuck start may be meant.
-    return "hopf" not in kind and any(attracts_on_one_side(system, *pair) for pair in (sides, sides[::-1]))
+    return "hopf" not in kind and any(
+        look(system, *pair) for look in (attracts_on_one_side, ends_followed) for pair in (sides, sides[::-1])
+    )
 
 
 def changes(system: ss.System, low: float, high: float) -> Iterator[tuple[str, float, float]]:
