@@ -162,7 +162,7 @@ class LawFit:
             notes.append("The law asked for has the exponential form; the other form is named for comparison.")
         if problem.relative:
             notes.append("The kinetic force is the mean over the record; its error holds the drift from slip to slip.")
-        notes += [f"{record.name}: {note}" for record in records for note in _notes(record)]
+        notes += [f"{record.name}: {note}" for record in records for note in record.notes]
         return Identification(
             law=found.law,
             parameters=found.parameters,
@@ -451,10 +451,3 @@ def _unsaid_zero(records: Sequence[FrictionRecord], offset: bool) -> list[str]:
         "can tell: where that zero is arbitrary, all friction forces are off by the force it stands for, which no "
         "interval holds."
     ]
-
-
-def _notes(record: FrictionRecord) -> list[str]:
-    notes = record.attrs.get("notes", [])
-    if isinstance(notes, str):
-        return [notes] if notes else []
-    return [str(note) for note in np.atleast_1d(notes)]

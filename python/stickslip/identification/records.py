@@ -61,6 +61,12 @@ class FrictionRecord(InNotebook):
     units: Mapping[str, str] = field(default_factory=dict)
     slip_velocity_error: Array | None = None
 
+    @property
+    def notes(self) -> list[str]:
+        """What was said where it was measured."""
+        notes = self.attrs.get("notes", [])
+        return [str(note) for note in np.atleast_1d(notes) if str(note)]
+
     def facts(self) -> dict[str, Any]:
         """What a notebook shows."""
         span = f"{self.time[0]:.6g} to {self.time[-1]:.6g}"

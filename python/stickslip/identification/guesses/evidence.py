@@ -27,8 +27,6 @@ DROWNED = 0.3
 """Noise of the instrument beyond that part of the usual fall at a break-away hides where sticks begin and end."""
 WITH_DRIVE = 0.02
 """Slip that is slower than that part of the drive velocity is none."""
-CLIPPED = 0.02
-"""More than this part of the samples at the last reading, ten times as many as at the one before, is a clipped instrument."""
 
 
 @dataclass
@@ -142,12 +140,18 @@ def need_rows(evidence: Evidence, kind: str, fewest: int) -> None:
         got = f"only {len(evidence.rows)}" if len(evidence.rows) else "none"
         raise InputError(
             f"identify: {kind} needs at least {fewest} break-aways with a known stick time, the records hold {got}: take "
-            "a record in which the mass sticks (a lower drive velocity), or ask for Coulomb"
+            f"a record in which the mass sticks (a lower drive velocity), or ask for Coulomb{_unseen(evidence.records)}"
         )
 
 
+def _unseen(records: Sequence[FrictionRecord]) -> str:
+    """What was said where they were measured of break-aways that are not seen."""
+    said = [f". {record.name}: {note}" for record in records for note in record.notes if "are not seen" in note]
+    return "".join(said)
+
+
 def refuse_unreadable(record: FrictionRecord) -> None:
-    """Refuse a record whose friction drives, whose instrument was clipped, or whose noise is as large as its falls."""
+    """Refuse a record whose friction drives, or whose noise is as large as its falls."""
     w, drive = record.slip_velocity[~record.stuck], abs(record.constants.get("drive_velocity", 0.0))
     if w.size and float(np.quantile(np.abs(w), 0.9)) < WITH_DRIVE * drive:
         raise InputError(
@@ -162,14 +166,6 @@ def refuse_unreadable(record: FrictionRecord) -> None:
             f"{record.name}: friction does work on the slip (it is {work / path:.3g} in its sense on average), as no "
             "friction does: check the signs of displacement and drive velocity, and the rest position of the rig"
         )
-    if record.recorded is not None:
-        levels, counts = np.unique(record.recorded[np.isfinite(record.recorded)], return_counts=True)
-        for end, beside in ((0, 1), (-1, -2)) if levels.size > 2 else ():
-            if counts[end] > CLIPPED * counts.sum() and counts[end] > 10 * counts[beside]:
-                raise InputError(
-                    f"{record.name}: {100 * counts[end] / counts.sum():.0f} % of the readings of the displacement are "
-                    f"exactly {levels[end]:.4g}, so the instrument was clipped there: record with a wider range"
-                )
     noise = record.constants.get("noise", 0.0) * record.constants.get("stiffness", 0.0)
     drop = record.break_away["drop"].dropna().to_numpy()
     if drop.size and noise > DROWNED * float(np.median(drop)):

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.identification.kinetic.force_fit import Problem
 from stickslip.laws import Law
+
+Array = npt.NDArray[np.float64]
 
 APART = 0.1
 """Records whose mean friction differs from the law by more than that part of it do not obey one law."""
@@ -14,6 +17,9 @@ DRIVEN = 0.2
 """A law that pushes with the slip over more than that part of its path is no friction."""
 NOISY = 3.0
 """A misfit that many times the instrument's noise is no noise."""
+CLEARLY, CHANGES, FEWEST = 5.0, 0.03, 20
+"""Friction changes with slip speed by so many times what halves of a record differ by, and by that share of it; both known
+from no fewer samples than that."""
 
 
 def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
@@ -25,7 +31,7 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
         where the law pushes with the slip, as no friction does.
     """
     kind = type(law).__name__
-    off, levels, driven, noisy = [], [], [], []
+    off, levels, driven, noisy, curved = [], [], [], [], list[str]()
     for motion in problem.motions:
         record, predicted = motion.record, motion.replay(law)
         moving = ~record.stuck
@@ -36,6 +42,13 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
         off.append(float(weight @ rest))
         levels.append(float(weight @ np.abs(record.force[moving])))
         driven.append(float(weight @ (sense * predicted[moving] < 0)))
+        if motion.by_work and (found := _change_with_speed(path, sense * record.force[moving])):
+            change, slow, fast = found
+            curved.append(
+                f"{record.name}: friction is {'higher' if change > 0 else 'lower'} by {abs(change):.2g} at slip speeds about "
+                f"{fast:.2g} than about {slow:.2g}, and {kind} has one number for all: ask for a law with a curve, as "
+                "ExponentialStribeck or Combined."
+            )
         if motion.indirect and not motion.by_work and motion.stretches:
             left = float(np.sqrt(np.mean(motion.misfit(law, offset) ** 2)))
             noisy.append(left / record.constants["noise"])
@@ -44,7 +57,7 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
             f"identify: the {kind} closest to the records pushes with the slip over {100 * max(driven):.0f} % of its path, "
             "which no friction does: check the signs of displacement and drive velocity, the rest position and the mass"
         )
-    notes = []
+    notes = curved
     names = [motion.record.name for motion in problem.motions]
     if len(off) > 1 and max(map(abs, off)) > APART * float(np.mean(levels)):
         each = ", ".join(f"{value:+.2g} ({name})" for value, name in zip(off, names, strict=True))
@@ -58,3 +71,23 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
             "rig's mass, damping or stiffness is wrong; the intervals are of the nearest law of this form."
         )
     return notes
+
+
+def _change_with_speed(speed: Array, friction: Array) -> tuple[float, float, float] | None:
+    """Of friction between two slip speeds the greatest change, and both speeds, slow and fast; None where it is not clear.
+
+    Of six equal parts of the speeds the slowest is left out: what is measured there is smoothed into the sticks beside it.
+    The odd and the even tenths of the record, each for itself, tell what is clear.
+    """
+    part = np.minimum(6 * speed / max(float(speed.max()), 1e-300), 5).astype(int)
+    odd = np.arange(len(speed)) * 10 // len(speed) % 2 == 1
+    cells = [(part == k) & (odd == half) for half in (False, True) for k in range(1, 6)]
+    if min(map(np.count_nonzero, cells)) < FEWEST:
+        return None
+    levels = np.array([friction[cell].mean() for cell in cells]).reshape(2, 5)
+    level, apart = levels.mean(axis=0), float(np.abs(np.diff(levels, axis=0)).max())
+    slow, fast = sorted((int(level.argmin()), int(level.argmax())))
+    change = float(level[fast] - level[slow])
+    if abs(change) < max(CLEARLY * apart, CHANGES * float(np.abs(level).mean())):
+        return None
+    return change, float(np.median(speed[part == slow + 1])), float(np.median(speed[part == fast + 1]))

@@ -249,7 +249,20 @@ def _with_a_curve(
         curved = _of_kind(records, Combined, options, break_aways)
     except InputError:
         return None
-    return curved if constant.rms > CURVED * curved.rms else None
+    return curved if _distance(constant) > CURVED * _distance(curved) else None
+
+
+def _distance(found: Identification) -> float:
+    """Of measured forces from the kinetic friction of a law: the rms of the nearest nine tenths, the mean over records.
+
+    Beside w = 0 the others may be adhesion, of which a law with a curve is as far as one without.
+    """
+    product = 1.0
+    for record in found.records:
+        w, force = record.slip_velocity[~record.stuck], record.force[~record.stuck]
+        off = np.sort(np.abs(force - np.sign(w) * found.law.kinetic_force(np.abs(w))))
+        product *= float(np.sqrt(np.mean(off[: len(off) - len(off) // 10] ** 2))) ** (1 / len(found.records))
+    return product
 
 
 def _by_default(records: list[FrictionRecord], options: Options) -> Identification:

@@ -147,7 +147,7 @@ def line_excess(signal: Array, step: float, frequency: float) -> float:
         return 0.0
     level = max(float(np.median(power[around])), 1e-300)
     # A spectrum falls with frequency: each line beside is compared with what lies about itself.
-    beside = power / np.maximum(median_filter(power, max(np.count_nonzero(around) // 2, 5)), level * 1e-6)
+    beside = power / np.maximum(median_filter(power, max(int(around.sum()) // 2, 5)), level * 1e-6)
     wide = (np.abs(frequencies - frequency) <= 0.6 * frequency) & ~near
     excess = float(power[near].max()) / level
     return excess if excess > 2 * float(beside[wide].max()) else 1.0
