@@ -258,6 +258,30 @@ def test_gravity_of_the_arm_is_told_from_friction_that_differs_by_the_sense(weig
     assert found.valid
 
 
+def test_code_of_a_joint_holds_the_offset_and_the_gravity_too(tmp_path, capsys) -> None:
+    record = arm(1, larger=1.0)
+    record["force"] = record["force"] + 0.1
+    found = fit_steady(record)
+    assert {"offset", "gravity_sine", "gravity_cosine"} <= set(found.beside)
+    law, code = found.save(tmp_path / "law.toml"), tmp_path / "friction.py"
+    assert main(["law", str(law), "--speed", "2", "--code", str(code)]) == 0
+    assert f"beside friction: offset = {found.beside['offset']}" in capsys.readouterr().out
+    names: dict = {}
+    exec(code.read_text(encoding="utf-8"), names)
+    for w, x in ((0.6, 0.3), (-0.6, -0.4)):
+        whole = names["friction"](w, 0.0) + names["beside_friction"](x, 0.0)
+        assert whole == pytest.approx(found.best([w], position=[x])[0], abs=1e-4)
+
+
+def test_an_offset_that_was_fitted_is_in_the_law_file(tmp_path) -> None:
+    found = ss.identify(ss.measure(recorded(FORWARD, zero=0.03), RIG), law="Coulomb", offset=True)
+    code = tmp_path / "friction.py"
+    assert main(["law", str(found.save(tmp_path / "law.toml")), "--speed", "2", "--code", str(code)]) == 0
+    names: dict = {}
+    exec(code.read_text(encoding="utf-8"), names)
+    assert names["beside_friction"](0.0, 0.0) == found.offset["value"]
+
+
 def test_an_arm_without_gravity_is_given_none() -> None:
     found = fit_steady(arm(3, (0.0, 0.0)))
     assert "gravity" not in found.chosen

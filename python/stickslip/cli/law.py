@@ -71,6 +71,9 @@ def run(options: argparse.Namespace) -> None:
     if fastest is not None:
         after = f" and rests of {rests[0]:.3g} to {rests[1]:.3g}{_unit(of('time'))}" if rests else ""
         say(f"  fitted to slip velocities up to {fastest:.3g}{_unit(of('velocity'))}{after}")
+    beside = source.get("beside_friction", {})
+    for name, size in beside.items():
+        say(f"  beside friction: {name} = {size}")
     for note in source.get("notes", []):
         say(f"- {note}")
     if options.plot:
@@ -85,7 +88,8 @@ def run(options: argparse.Namespace) -> None:
         table = table_up_to(law, options.speed, of("force"), of("velocity"), of("time"))
         write_text(options.table, table.to_csv(index=False), ".csv")
     if options.code:
-        write_text(options.code, law_code(law, ENDINGS[ending], options.speed, stick_time=options.stick_time), ending)
+        text = law_code(law, ENDINGS[ending], options.speed, stick_time=options.stick_time, beside=beside)
+        write_text(options.code, text, ending)
     say_written(options.plot, options.table, options.code)
 
 

@@ -24,6 +24,7 @@ from stickslip.identification.kinetic.curves import (
     BLOCKS,
     FEW,
     GRAVITY,
+    OF_MOTION,
     ONE_SPEED,
     SHAPES,
     Rows,
@@ -96,6 +97,13 @@ class SteadyFriction(Result):
     def parameters(self) -> pd.DataFrame:
         """Of the chosen form: value, error, low and high by name."""
         return self.best.parameters
+
+    @property
+    def beside(self) -> dict[str, float]:
+        """What of the measured force is no friction, by name; `position` is where a spring (`restoring`) pushes nothing."""
+        values = self.parameters["value"]
+        found = {name: float(values[name]) for name in ("offset", *OF_MOTION) if name in values.index}
+        return found | ({"position": self.best.curve.middle[1]} if "restoring" in found else {})
 
     @property
     def law(self) -> Law | None:
@@ -238,6 +246,7 @@ class SteadyFriction(Result):
             "formula": plain["formula"],
             "values": {name: row["value"] for name, row in plain["parameters"].items()},
             "intervals": {name: [row["low"], row["high"]] for name, row in plain["parameters"].items()},
+            **({"beside_friction": self.beside} if self.beside else {}),
             "rms": self.best.rms,
             "intervals_valid": self.valid,
             "notes": self.notes,
