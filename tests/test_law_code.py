@@ -56,16 +56,23 @@ def test_c_gives_what_python_gives(tmp_path):
             np.testing.assert_allclose(in_c(law_code(law, "c", w_max=2.0), W, load, folder), expected, rtol=1e-14)
 
 
-BESIDE = {"offset": -0.2, "restoring": 3.0, "position": 0.1, "gravity_sine": 0.5, "gravity_cosine": -0.25, "inertia": 0.01}
+BESIDE = {
+    "offset": -0.2,
+    "restoring": 3.0,
+    "position": 0.1,
+    "gravity_sine": 0.5,
+    "gravity_cosine": -0.25,
+    "inertia": 0.01,
+}
 
 
-def test_what_a_force_holds_beside_friction_is_a_second_function(tmp_path):
+def test_what_a_force_holds_beside_friction_is_a_second_function():
     law, x, a = ss.laws.Coulomb(0.5), 0.7, 3.0
     expected = -0.2 + 3.0 * (x - 0.1) + 0.5 * np.sin(x) - 0.25 * np.cos(x) + 0.01 * a
     names = {}
     exec(law_code(law, "python", 2.0, beside=BESIDE), names)
     assert names["beside_friction"](x, a) == pytest.approx(expected)
-    with pytest.raises(ss.InputError, match="unknown force beside friction 'ofset'.*did you mean 'offset'"):
+    with pytest.raises(ss.InputError, match=r"unknown force beside friction 'ofset'.*did you mean 'offset'"):
         law_code(law, "c", 2.0, beside={"ofset": 1.0})
     assert "beside_friction" not in law_code(law, "python", 2.0)
 
