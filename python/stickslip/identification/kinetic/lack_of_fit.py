@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.errors import InputError
+from stickslip.identification.kinetic.curves import Rows, linear_losses
 from stickslip.identification.kinetic.force_fit import Problem
+from stickslip.identification.kinetic.misfit import PART, SURE, behind
 from stickslip.laws import Law
 
 APART = 0.1
 """Records whose mean friction differs from the law by more than that part of it do not obey one law."""
 DRIVEN = 0.2
 """A law that pushes with the slip over more than that part of its path is no friction."""
+MOSTLY = 0.5
+"""Share of the mean squared misfit of a law that a force of the position must explain before the law is refused."""
 NOISY = 3.0
 """A misfit that many times the instrument's noise is no noise."""
 
@@ -44,7 +48,7 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
             f"identify: the {kind} closest to the records pushes with the slip over {100 * max(driven):.0f} % of its path, "
             "which no friction does: check the signs of displacement and drive velocity, the rest position and the mass"
         )
-    notes = []
+    notes = _force_of_the_position(problem, law, offset)
     names = [motion.record.name for motion in problem.motions]
     if len(off) > 1 and max(map(abs, off)) > APART * float(np.mean(levels)):
         each = ", ".join(f"{value:+.2g} ({name})" for value, name in zip(off, names, strict=True))
@@ -57,4 +61,38 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
             f"{kind} leaves up to {max(noisy):.3g} times the noise of the instrument: the contact obeys another law, or the "
             "rig's mass, damping or stiffness is wrong; the intervals are of the nearest law of this form."
         )
+    return notes
+
+
+def _force_of_the_position(problem: Problem, law: Law, offset: float) -> list[str]:
+    """That a force measured to and fro holds one of gravity or a spring beside the law, whose numbers it moves."""
+    notes = []
+    for motion in problem.motions:
+        record, clear = motion.record, ~motion.record.stuck
+        if motion.indirect or record.displacement is None or not record.both_senses():
+            continue
+        w, x = motion.slip_velocity[clear], record.displacement[clear]
+        rest = (record.force - motion.replay(law) - offset)[clear]
+        sense, none = np.where(w < 0, -1.0, 1.0), np.full(w.size, np.nan)
+        turning = record.units.get("slip_velocity") == "rad/s"
+        rows = Rows(w, rest, np.ones(w.size), none, x, np.full(w.size, record.name), True, turning=turning)
+        levels = np.stack([sense, np.ones(w.size)], axis=1)
+        of_position = np.stack([np.sin(x), np.cos(x)] if turning else [x - x.mean()], axis=1)
+        alone, beside = (linear_losses(rows, part) for part in (levels, np.hstack([levels, of_position])))
+        if not behind(rows, alone, beside, SURE, PART):
+            continue
+        share = 1 - float(beside.mean() / alone.mean())
+        force = (
+            "sine and cosine of the angle, as the weight of an arm does"
+            if turning
+            else "the position, as a spring does"
+        )
+        said = (
+            f"{record.name}: {100 * share:.0f} % of what {type(law).__name__} misses of the force follows {force}, and "
+            "the law has no such force: it moves the numbers. Fit friction over slip velocity with that force beside it (--steady, "
+            "fit_steady; --law Asymmetric for numbers of their own each way), or take that force off the record."
+        )
+        if share > MOSTLY:
+            raise InputError(f"identify: {said}")
+        notes.append(said)
     return notes
