@@ -89,8 +89,8 @@ def _force_of_the_position(problem: Problem, law: Law, offset: float) -> list[st
         )
         said = (
             f"{record.name}: {100 * share:.0f} % of what {type(law).__name__} misses of the force follows {force}, and "
-            "the law has no such force: it moves the numbers. Fit friction over slip velocity with that force beside it (--steady, "
-            "fit_steady; --law Asymmetric for numbers of their own each way), or take that force off the record."
+            "the law has no such force: it moves the numbers. Fit friction over slip velocity with that force beside it "
+            "(--steady, fit_steady; --law Asymmetric for numbers of their own each way), or take that force off the record."
         )
         if share > MOSTLY:
             raise InputError(f"identify: {said}")
