@@ -132,8 +132,8 @@ class StaticFriction(Result):
         forces = [float(self.fits[form](longest)) for form in (self.chosen, *self.alternatives)]
         return [
             f"These break-aways do not tell the {self.chosen} form from: {', '.join(self.alternatives)}. After a rest of "
-            f"{longest:.3g}, ten times the longest, they have with their fitted numbers {min(forces):.4g} to {max(forces):.4g}; rests of other lengths "
-            "tell them apart."
+            f"{longest:.3g}, ten times the longest, they have with their fitted numbers {min(forces):.4g} to "
+            f"{max(forces):.4g}; rests of other lengths tell them apart."
         ]
 
     @property
