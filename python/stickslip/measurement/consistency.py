@@ -90,7 +90,7 @@ def while_driven(
             [rate[last : last + near]] if last < len(rate) else []
         )
         lasts = time[last - 1] - time[first] > max(LASTING * cycle, 2 * own_period(o))
-        if lasts and all(np.abs(side).max() > fast for side in sides):
+        if lasts and sides and all(np.abs(side).max() > fast for side in sides):
             stops.append((first, last))
     if not stops:
         return slice(None), []
