@@ -143,6 +143,7 @@ class Identification(Result):
             ],
             "measured": self.measured(),
             **({"beside_friction": self.beside} if self.beside else {}),
+            **({"units": dict(self.records[0].units)} if self.records and self.records[0].units else {}),
             "rms": self.rms,
             "intervals": {name: [float(row["low"]), float(row["high"])] for name, row in self.parameters.iterrows()},
             "notes": self.notes,

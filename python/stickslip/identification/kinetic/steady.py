@@ -251,6 +251,7 @@ class SteadyFriction(Result):
             "values": {name: row["value"] for name, row in plain["parameters"].items()},
             "intervals": {name: [row["low"], row["high"]] for name, row in plain["parameters"].items()},
             **({"beside_friction": self.beside} if self.beside else {}),
+            **({"units": dict(self.stated)} if self.stated else {}),
             "rms": self.best.rms,
             "intervals_valid": self.valid,
             "notes": self.notes,
