@@ -110,14 +110,16 @@ def test_on_a_soft_string_sticks_end_where_the_mass_moves_off_and_not_where_it_i
         record = {
             "time": time,
             "bit": motion["slip_velocity"].to_numpy() + 0.05 * rng.standard_normal(time.size),
-            "torque": motion["force"].to_numpy() + 0.02 * rng.standard_normal(time.size),
+            "torque": motion["force"].to_numpy() + 0.1 * rng.standard_normal(time.size),
             "top": np.full(time.size, drive),
         }
         rows = ss.measure(record, rig)["break_away"].to_dataset(inherit=False).to_dataframe()
         true = orbit.events[orbit.events["kind"] == "release"]
         nearest = true.iloc[[int(np.argmin(np.abs(true["t"] - t))) for t in rows["t"]]]
-        late, longer = (rows[name].to_numpy() - nearest[name].to_numpy() for name in ("t", "stick_time"))
+        late, longer, high = (rows[name].to_numpy() - nearest[name].to_numpy() for name in ("t", "stick_time", "force"))
         assert len(rows) == len(true)
+        # the highest of so many noisy samples lies 0.13 to 0.17 above: more, the longer the stick
+        assert abs(np.nanmedian(high)) < 0.06
         assert np.nanmedian(late) < 0.12
         assert np.nanmedian(longer) < 0.12
         assert np.nanmedian(np.abs(late / rows["t_error"])) < 2
