@@ -25,7 +25,7 @@ MOSTLY_SLOW = 0.4
 LEAST_PER_PERIOD = 6
 """Samples that the free mass must give in a period for its acceleration to be seen."""
 
-STANDS, PULLS = 0.1, 0.5
+STANDS, DRIVEN = 0.1, 0.5
 """Parts of its speed below which a drive that stops is seen to move the spring, and above which it does just before."""
 LASTING = 1.5
 """A drive that stops does so for longer than that many cycles of the motion."""
@@ -77,7 +77,7 @@ def while_driven(
     mass before and after.
     """
     o, rate, time = oscillator, presmoothed.rate, record.time
-    slow, fast = max(STANDS * o.drive_velocity, 4 * presmoothed.rate_error), PULLS * o.drive_velocity
+    slow, fast = max(STANDS * o.drive_velocity, 4 * presmoothed.rate_error), DRIVEN * o.drive_velocity
     if len(flanks.limits) < 3 or slow > fast / 2:
         return slice(None), []
     cycle = float(np.median(np.diff([time[last] for _, last in flanks.limits])))
