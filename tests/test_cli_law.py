@@ -30,7 +30,7 @@ def test_picture_table_and_code_are_those_of_the_law(file, tmp_path):
     written = {option: tmp_path / name for option, name in (("plot", "l.png"), ("table", "l.csv"), ("code", "l.py"))}
     given = [part for option, path in written.items() for part in (f"--{option}", str(path))]
     assert main(["law", str(file), "--speed", "2", *given]) == 0
-    table = pd.read_csv(written["table"]).set_index("slip_velocity")
+    table = pd.read_csv(written["table"]).set_index("slip_velocity (m/s)")
     assert table.loc[2.0, "force (N)"] == 0.6
     assert table.loc[2.0, "low (N)"] == pytest.approx(0.6 - 1.96 * 0.01, abs=0.002)
     assert table.loc[0.0, "force (N)"] == 1.0
@@ -57,6 +57,23 @@ def test_a_fitted_law_says_and_draws_what_was_measured(tmp_path, capsys, monkeyp
     assert f"break-away, rest of {max(rests):.2g}" in drawn[0].get_legend_handles_labels()[1]
     assert main(["law", str(file), "--plot", "l.png", "--speed", "2"]) == 0
     assert drawn[1].get_xlim()[1] == 2.0
+
+
+def test_axes_have_units_that_no_number_of_the_law_has(file, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(cli_law, "save_figure", lambda figure, _: drawn.append(figure.axes[0]))
+    assert main(["law", str(file), "--plot", "l.png"]) == 0
+    assert (drawn[0].get_xlabel(), drawn[0].get_ylabel()) == ("slip velocity w (m/s)", "friction force f (N)")
+    orbit = ss.simulate(ss.Oscillator(0.1, 0.2, ss.laws.StaticKinetic(1.0, 0.6)), 100.0)
+    friction = friction_of_orbit(orbit, np.arange(40.0, 100.0, 0.05), 0.01)
+    for name, unit in (("slip_velocity", "m/s"), ("force", "1")):
+        friction[name].attrs["units"] = unit
+    fitted = identify(friction, law="StaticKinetic").save(tmp_path / "fitted.toml")
+    assert main(["law", str(fitted), "--plot", "l.png"]) == 0
+    assert (drawn[1].get_xlabel(), drawn[1].get_ylabel()) == (
+        "slip velocity w (m/s)",
+        "friction force f (dimensionless)",
+    )
 
 
 @pytest.mark.parametrize("measured", ['"fast"', "[1]", '{ slip_velocity = ["a", "b"], stick_time = 3 }'])

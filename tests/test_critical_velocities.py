@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from evidence import script
 from scipy.optimize import brentq
@@ -131,6 +133,27 @@ def test_the_command_names_neutral_slip(tmp_path, capsys):
         "none in this range",
         "neutral slip        from 0.2 to 0.8: small disturbances neither grow nor decay",
     ]
+
+
+def test_the_command_gives_intervals_of_a_fitted_law(tmp_path, capsys):
+    names, system = ["break_away", "kinetic"], tmp_path / "system.toml"
+    covariance = pd.DataFrame(np.diag([1e-4, 1e-4]), index=names, columns=names)
+    ss.laws.StaticKinetic(1.0, 0.6).with_covariance(covariance).save(tmp_path / "law.toml")
+    system.write_text('mass = 1.0\nstiffness = 1.0\ndamping = 0.1\ndrive_velocity = 0.3\nlaw = "law.toml"\n')
+    command = ["critical", str(system), "--between", "0.2:0.8"]
+    assert main([*command, "--samples", "12", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    low, high, laws = found["intervals"]["end_of_stick_slip"]
+    value = dict(found["critical_velocities"])["end_of_stick_slip"]
+    assert laws == 12
+    # under this law the speed is proportional to what friction falls by
+    drawn = [value / 0.4 * (one.break_away - one.kinetic) for one in ss.load_law(tmp_path / "law.toml").sample(12, 0)]
+    assert [low, high] == pytest.approx(np.quantile(drawn, [0.025, 0.975]), rel=1e-6)
+    assert main([*command, "--samples", "12", "--max-seconds", "5"]) == 2
+    assert "--samples does not go with --max-seconds" in capsys.readouterr().err
+    system.write_text(ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.6)).to_toml())
+    assert main([*command, "--samples", "12"]) == 2
+    assert "has no covariance" in capsys.readouterr().err
 
 
 def test_the_command_ends_after_max_seconds_with_one_line(tmp_path, capsys):

@@ -169,3 +169,17 @@ def test_words_are_those_of_the_field(page):
     text = " ".join(prose(page)).lower()
     found = {word: better for word, better in PRIVATE.items() if re.search(rf"\b{word}\b", text)}
     assert not found, found
+
+
+def test_what_a_function_returns_is_text_and_no_name_of_a_type(monkeypatch):
+    napoleon = pytest.importorskip("sphinx.ext.napoleon")
+    monkeypatch.syspath_prepend(DOCS / "extensions")
+    import docstrings
+
+    lines = ["Do.", "", "Parameters", "----------", "x : a number.", "", "Returns", "-------"]
+    lines += ["x, v : arrays (numbers", "for a number): two.", "", "Limits: none."]
+    docstrings._prepare(None, "function", "f", None, None, lines)
+    text = str(napoleon.NumpyDocstring(lines, napoleon.Config(napoleon_use_rtype=False)))
+    assert ":returns: x, v : arrays (numbers\n          for a number): two.\n" in text
+    assert ":param x:" in text
+    assert "Limits: none." in text.partition(":returns:")[2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.identification import fit_static_friction
 from stickslip.identification.static.forms import FORCE
-from stickslip.laws import DwellTime, ForceRate
+from stickslip.laws import DwellTime, ForceRate, LogarithmicDwell
 
 
 def friction(stick_time, force, force_rate=None, level=0.5, per_slip=None):
@@ -328,3 +329,24 @@ def test_a_form_that_no_law_has_gives_way_to_the_closest_that_a_law_has():
     assert found.chosen in with_exponent
     others = set(found.fits).difference(with_exponent)
     assert found.of_a_law.chosen == min(others, key=lambda form: found.fits[form].criterion)
+
+
+@pytest.mark.parametrize(
+    ("form", "law"),
+    [
+        ("exponential", DwellTime(kinetic=0.5, limit=0.3, rate=0.3)),
+        ("Kato", DwellTime(kinetic=0.5, limit=0.3, rate=0.3, exponent=0.5)),
+        ("logarithmic with onset", LogarithmicDwell(kinetic=0.5, growth=0.06, onset=1.0)),
+    ],
+)
+def test_the_form_of_the_law_is_chosen_or_named_among_those_that_do_as_well(form, law):
+    for seed in range(3):
+        random = np.random.default_rng(seed)
+        t_s = 10 ** random.uniform(-0.5, 1, 30)
+        exact = law.break_away_force(t_s)
+        found = fit_static_friction(friction(t_s, exact + 0.05 * np.ptp(exact) * random.standard_normal(30)))
+        said = next(note for note in found.notes if note.startswith("These break-aways do not tell"))
+        assert f"the {found.chosen} form from: {', '.join(found.alternatives)}. After a rest of" in said
+        assert form in (found.chosen, *found.alternatives)
+        ends = [float(found.fits[name](10 * t_s.max())) for name in (found.chosen, *found.alternatives)]
+        assert re.search(r"fitted numbers ([\d.]+ to [\d.]+);", said)[1] == f"{min(ends):.4g} to {max(ends):.4g}"

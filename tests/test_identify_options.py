@@ -168,3 +168,33 @@ def test_a_fit_to_tables_has_a_page_too(path, files, tmp_path):
     assert page.count("data:image/png;base64,") == 1
     assert all(f"<th>{number}</th>" in page for number in found.estimates().index)
     assert all(html.escape(note)[:60] in page for note in found.notes)
+
+
+def test_the_parts_of_a_combined_law_are_named(tmp_path, capsys):
+    law = ss.laws.Combined(ss.laws.LogarithmicDwell(1.0, 0.08, 0.3), ss.laws.ExponentialStribeck(1.0, 0.7, 0.1))
+    files = []
+    for number, drive in enumerate((0.05, 0.15, 0.4)):
+        orbit = ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=drive, law=law), 200)
+        friction = friction_of_orbit(orbit, np.arange(60, 200, 0.05), force_noise=0.005, seed=number)
+        friction.to_netcdf(tmp_path / f"{number}.nc", engine="h5netcdf")
+        files.append(str(tmp_path / f"{number}.nc"))
+    for static in ("DwellTime", "LogarithmicDwell"):
+        out = tmp_path / f"{static}.toml"
+        given = [
+            "identify",
+            *files,
+            "--law",
+            f"Combined:{static}:ExponentialStribeck",
+            "--no-simulation",
+            "-o",
+            str(out),
+        ]
+        assert main(given) == 0
+        assert type(ss.load_law(out).static).__name__ == static
+        assert f"--law Combined:{static}:ExponentialStribeck" in out.read_text()
+    assert ss.load_law(out).static.growth == pytest.approx(0.08, abs=0.02)
+    capsys.readouterr()
+    assert main(["identify", *files, "--law", "Combined:DwelTime"]) == 2
+    assert "unknown law 'DwelTime' (did you mean 'DwellTime'?)" in capsys.readouterr().err
+    assert main(["identify", *files, "--law", "Combined:DwellTime:Coulomb:Coulomb"]) == 2
+    assert "expected a static and a kinetic part after Combined, got 3 parts" in capsys.readouterr().err

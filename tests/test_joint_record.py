@@ -258,6 +258,59 @@ def test_gravity_of_the_arm_is_told_from_friction_that_differs_by_the_sense(weig
     assert found.valid
 
 
+def test_code_of_a_joint_holds_the_offset_and_the_gravity_too(tmp_path, capsys) -> None:
+    record = arm(1, larger=1.0)
+    record["force"] = record["force"] + 0.1
+    found = fit_steady(record)
+    assert {"offset", "gravity_sine", "gravity_cosine"} <= set(found.beside)
+    law, code = found.save(tmp_path / "law.toml"), tmp_path / "friction.py"
+    assert main(["law", str(law), "--speed", "2", "--code", str(code)]) == 0
+    assert f"beside friction: offset = {found.beside['offset']}" in capsys.readouterr().out
+    names: dict = {}
+    exec(code.read_text(encoding="utf-8"), names)
+    for w, x in ((0.6, 0.3), (-0.6, -0.4)):
+        whole = names["friction"](w, 0.0) + names["beside_friction"](x, 0.0)
+        assert whole == pytest.approx(found.best([w], position=[x])[0], abs=1e-4)
+
+
+def test_an_offset_that_was_fitted_is_in_the_law_file(tmp_path) -> None:
+    found = ss.identify(ss.measure(recorded(FORWARD, zero=0.03), RIG), law="Coulomb", offset=True)
+    code = tmp_path / "friction.py"
+    assert main(["law", str(found.save(tmp_path / "law.toml")), "--speed", "2", "--code", str(code)]) == 0
+    names: dict = {}
+    exec(code.read_text(encoding="utf-8"), names)
+    assert names["beside_friction"](0.0, 0.0) == found.offset["value"]
+
+
+def test_a_law_of_the_motion_is_refused_where_gravity_makes_its_numbers_and_the_curve_each_way_has_both() -> None:
+    t = np.arange(0, 40, 0.02)
+    w = 0.5 * np.sin(0.7 * t) + 0.2 * np.sin(1.9 * t)
+    q = 0.5 / 0.7 * (1 - np.cos(0.7 * t)) + 0.2 / 1.9 * (1 - np.cos(1.9 * t))
+    friction = np.where(w > 0, 0.5, -0.3) + np.where(w > 0, 0.25, 0.35) * w
+    noise = 0.02 * np.random.default_rng(2).standard_normal(t.size)
+    rig = {**RIG, "inertia": 0.0, "columns": {**RIG["columns"], "velocity": {"column": "dq", "unit": "rad/s"}}}
+
+    def record(gravity: float) -> xr.DataTree:
+        return ss.measure({"t": t, "q": q, "dq": w, "torque": friction + gravity * np.sin(q + 0.3) + noise}, rig)
+
+    for law in ("Asymmetric", "Coulomb"):
+        with pytest.raises(ss.InputError, match="follows sine and cosine of the angle"):
+            ss.identify(record(0.3), law=law)
+    found = fit_steady(record(0.3), law="Asymmetric")
+    np.testing.assert_allclose(found.law.kinetic_force([-0.5, 0.5]), [-0.475, 0.625], atol=0.02)
+    assert found.parameters.loc["gravity_sine", "value"] == pytest.approx(0.3 * np.cos(0.3), abs=0.02)
+    without = ss.identify(record(0.0), law="Asymmetric")
+    np.testing.assert_allclose(without.law.kinetic_force([-0.5, 0.5]), [-0.475, 0.625], atol=0.02)
+    assert not any("follows sine" in note for note in without.notes)
+
+
+def test_a_curve_each_way_needs_slip_both_ways() -> None:
+    record = recorded(FORWARD)
+    one_way = {**record, "q": 3 * record["t"]}
+    with pytest.raises(ss.InputError, match="Asymmetric needs slip in both senses"):
+        fit_steady(ss.measure(one_way, RIG), law="Asymmetric")
+
+
 def test_an_arm_without_gravity_is_given_none() -> None:
     found = fit_steady(arm(3, (0.0, 0.0)))
     assert "gravity" not in found.chosen

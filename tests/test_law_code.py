@@ -56,6 +56,41 @@ def test_c_gives_what_python_gives(tmp_path):
             np.testing.assert_allclose(in_c(law_code(law, "c", w_max=2.0), W, load, folder), expected, rtol=1e-14)
 
 
+BESIDE = {
+    "offset": -0.2,
+    "restoring": 3.0,
+    "position": 0.1,
+    "gravity_sine": 0.5,
+    "gravity_cosine": -0.25,
+    "inertia": 0.01,
+}
+
+
+def test_what_a_force_holds_beside_friction_is_a_second_function():
+    law, x, a = ss.laws.Coulomb(0.5), 0.7, 3.0
+    expected = -0.2 + 3.0 * (x - 0.1) + 0.5 * np.sin(x) - 0.25 * np.cos(x) + 0.01 * a
+    names = {}
+    exec(law_code(law, "python", 2.0, beside=BESIDE), names)
+    assert names["beside_friction"](x, a) == pytest.approx(expected)
+    with pytest.raises(ss.InputError, match=r"unknown force beside friction 'ofset'.*did you mean 'offset'"):
+        law_code(law, "c", 2.0, beside={"ofset": 1.0})
+    assert "beside_friction" not in law_code(law, "python", 2.0)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+def test_c_has_that_function_too(tmp_path):
+    for beside in (BESIDE, {"offset": 0.5}):
+        text = law_code(ss.laws.Coulomb(0.5), "c", 2.0, beside=beside)
+        main = '#include <stdio.h>\nint main(void) { printf("%.17g\\n", beside_friction(0.7, 3.0) + 0 * friction(1, 0)); }\n'
+        (tmp_path / "f.c").write_text(text + main)
+        command = ["cc", "-std=c99", "-Wall", "-Wextra", "-Werror", "-o", tmp_path / "f", tmp_path / "f.c", "-lm"]
+        subprocess.run(command, check=True)
+        names = {}
+        exec(law_code(ss.laws.Coulomb(0.5), "python", 2.0, beside=beside), names)
+        done = subprocess.run([tmp_path / "f"], check=True, capture_output=True, text=True)
+        assert float(done.stdout) == pytest.approx(names["beside_friction"](0.7, 3.0))
+
+
 def test_the_static_friction_of_a_rest_is_asked_for():
     law = ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.4)
     with pytest.raises(ss.InputError, match="static friction of DwellTime grows with rest; give the stick_time"):

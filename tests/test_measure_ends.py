@@ -161,3 +161,33 @@ def test_a_harmonic_of_the_motion_is_not_taken_for_the_mains(belt):
     assert not any("mains" in note for note in measure({"t": t / ratio, "x": x}, rig).notes)
     hum = 2e-5 * np.sin(2 * np.pi * 50 * t)
     assert any("mains_frequency = 50" in note for note in measure({"t": t, "x": x + hum}, rig).notes)
+
+
+@pytest.mark.parametrize("moment", ["stick", "slip", "start", "middle"])
+def test_a_drive_that_stops_is_said_and_that_stretch_is_not_measured(moment):
+    captures, releases = events("capture"), events("release")
+    stop = {"slip": captures[6], "start": captures[2] + 3.0}.get(moment, captures[6] + 3.0)
+    time = np.arange(releases[0] - 3.0, 115.0, STEP)
+    x = orbit().at(time)[0]
+    at, rest = int(np.searchsorted(time, stop)), 600
+    level = float(orbit().at(np.array([stop]))[0][0])
+    before, after = (x[:0], x[at:]) if moment == "start" else (x[:at], x[at:] if moment == "middle" else x[:0])
+    x = np.concatenate([before, np.full(rest, level), after]) + 3e-3 * np.random.default_rng(1).standard_normal(
+        len(before) + rest + len(after)
+    )
+    friction = measure({"t": STEP * np.arange(len(x)), "x": x}, RIG)
+    (said,) = [note for note in friction.attrs["notes"] if note.startswith("the drive seems to stop")]
+    longest = max((before, after), key=len)
+    assert abs(len(friction["time"]) - len(longest)) < 12
+    assert "[read] window" in said
+    found = identify(friction, law="StaticKinetic").parameters["value"]
+    assert found["kinetic"] == pytest.approx(LAW.kinetic, abs=0.01)
+    assert found["break_away"] == pytest.approx(LAW.break_away, abs=0.01)
+
+
+def test_slip_that_becomes_steady_is_no_drive_that_stops():
+    fast = ss.Oscillator(damping=DAMPING, drive_velocity=0.6, law=ss.laws.ExponentialStribeck(1.2, 0.7, scale=0.1))
+    time = np.arange(0.0, 250.0, STEP)
+    x = ss.simulate(fast, 260.0).at(time)[0] + 3e-3 * np.random.default_rng(1).standard_normal(len(time))
+    rig = Rig(**{**vars(RIG), "drive_velocity": 0.6})
+    assert not any("drive seems to stop" in note for note in measure({"t": time, "x": x}, rig).attrs["notes"])

@@ -43,6 +43,9 @@ def test_an_experiment_runs_past_a_bad_record_and_is_not_done_twice(folder, caps
     assert "StaticKinetic from 1 record(s)" in seen.out
     assert "bad.csv" in seen.out
     assert "1 of 2 records could not be measured" in seen.err
+    lines = seen.err.splitlines()
+    assert sorted(line.partition(": ")[2] for line in lines[:2]) == ["bad failed", "good measured"]
+    assert [line.partition(": ")[0] for line in lines[:2]] == ["1 of 2", "2 of 2"]
     out = folder / "out"
     assert {path.name for path in (out / "good").iterdir()} == {
         "friction.nc", "friction.png", "motion.png", "break_away.csv", "finished.json",
@@ -66,11 +69,22 @@ def test_an_experiment_runs_past_a_bad_record_and_is_not_done_twice(folder, caps
         ({"workers": 0}, "workers must be a whole number"),
         ({"records": ["nothing/*.csv"]}, "no record matches"),
         ({"rig": "nothing.toml"}, "no such file"),
+        ({"rig": RIG | {"stiffness": -1}}, "stiffness must be a positive number"),
+        ({"rig": {"column": "x"}}, "instrument is missing"),
+        ({"law": "Coulom"}, "unknown law 'Coulom' .did you mean 'Coulomb'"),
     ],
 )
 def test_wrong_experiments_are_one_sentence(tmp_path, change, sentence):
     with pytest.raises(InputError, match=sentence):
         run({"records": [str(tmp_path / "a.csv")], "rig": RIG, "output": str(tmp_path / "out"), **change})
+
+
+def test_a_rig_that_is_whole_for_one_record_only_costs_the_others_alone(folder):
+    rig = {key: value for key, value in RIG.items() if key != "drive_velocity"}
+    plan = Experiment((str(folder / "runs" / "*.csv"),), rig, each={"good.csv": {"drive_velocity": 0.1}}, law="")
+    table = run(Experiment.from_dict(plan.to_dict() | {"output": str(folder / "out"), "workers": 1}))
+    assert table["state"].to_dict() == {"bad": "failed", "good": "measured"}
+    assert "drive_velocity is missing" in table.loc["bad", "message"]
 
 
 def test_records_of_one_name_lie_in_folders_of_their_own(tmp_path):

@@ -98,7 +98,10 @@ def test_drill_string_sticks_and_has_a_loop(shared_data: Path) -> None:
     assert f.attrs["main_line"] == pytest.approx(2.69, abs=0.05)
     assert f.attrs["stuck_share"] == pytest.approx(0.13, abs=0.01)
     late = f["time"].values >= 25
-    assert f["stuck"].values[late].mean() == pytest.approx(0.38, abs=0.01)
+    slow = np.abs(f["slip_velocity"].values) < 5 * np.pi / 30
+    assert slow[late].mean() == pytest.approx(0.38, abs=0.01)
+    # a stick is over before the bit is that fast again
+    assert 0.35 < f["stuck"].values[late].mean() < slow[late].mean()
     assert f.attrs["lowest_speed"] / RPM == pytest.approx(-4, abs=1)
     assert f.attrs["highest_speed"] / RPM == pytest.approx(200, abs=1)
     assert (f.attrs["lowest_force"], f.attrs["highest_force"]) == (

@@ -3,8 +3,10 @@
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.measurement import Bench, Rig, load_rig
 
@@ -84,6 +86,34 @@ def test_bad_rig_is_one_sentence(change: tuple[str, str], words: str) -> None:
     assert words in message
     assert message.startswith("rig.toml:")
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        (("stiffness = 168", 'stiffness = "168 N m/rad"'), "stiffness = '168 N m/rad'"),
+        (("mass = 0.0307", 'mass = "0.03 kg m^2"'), "mass = '0.03 kg m"),
+        (("drive_velocity = 42e-6", 'drive_velocity = "5 rpm"'), "drive_velocity = '5 rpm'"),
+        (('unit = "mg"', 'unit = "Nm"'), "unit = 'Nm'"),
+    ],
+)
+def test_a_mass_that_turns_is_told_how_to_be_measured(change: tuple[str, str], key: str) -> None:
+    with pytest.raises(InputError, match="write plain numbers in N m/rad") as refused:
+        Rig.from_toml(GOOD.replace(*change))
+    assert key in str(refused.value)
+    assert "direct_force" in str(refused.value)
+
+
+def test_a_mass_that_turns_is_measured_with_plain_numbers() -> None:
+    law = ss.laws.StaticKinetic(break_away=3.0, kinetic=2.0)
+    system = ss.Oscillator(damping=0.0, drive_velocity=2.0, law=law, mass=0.005, stiffness=2.0)
+    time = np.arange(0, 12, 4e-3)
+    torque = 2.0 * ss.simulate(system, 12).to_xarray(time)["x"].to_numpy()
+    torque += 0.01 * np.random.default_rng(0).standard_normal(time.size)
+    rig = {"instrument": "spring_force", "column": "torque", "unit": "1"}
+    rig |= {"stiffness": 2.0, "mass": 0.005, "drive_velocity": 2.0}
+    found = ss.identify(ss.measure({"t": time, "torque": torque}, rig), law="StaticKinetic").parameters["value"]
+    assert found.to_dict() == pytest.approx({"break_away": 3.0, "kinetic": 2.0}, rel=0.01)
 
 
 def test_missing_rig_file_is_named(tmp_path: Path) -> None:

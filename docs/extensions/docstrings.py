@@ -1,4 +1,4 @@
-"""Docstrings as Sphinx reads them: |w| is a modulus and no substitution, and prose after a section is no entry of it."""
+"""Docstrings as Sphinx reads them: |w| is no substitution, prose after a section no entry of it, what returns no type."""
 
 import re
 
@@ -7,7 +7,7 @@ def _prepare(*given):
     what, lines = given[1], given[-1]
     if what == "property":  # napoleon would take what stands before a colon for a type
         lines[:1] = [line.replace(": ", " – ", 1) for line in lines[:1]]
-    lines[:] = _sections([_moduli(line) for line in lines])
+    lines[:] = _returns(_sections([_moduli(line) for line in lines]))
 
 
 def _moduli(line):
@@ -29,6 +29,19 @@ def _sections(lines):
                 found += [title, "-" * len(title)]
                 section = title
         found.append(line)
+    return found
+
+
+def _returns(lines):
+    """Sentences on what a function returns as the text of an entry without name and type, which they are not."""
+    found, inside = [], False
+    for line, after in zip(lines, [*lines[1:], ""], strict=True):
+        header = bool(re.fullmatch(r"-{3,}", after))
+        inside = (inside and not header) or (line == "Returns" and header)
+        if inside and re.fullmatch(r"-{3,}", line):
+            found += [line, ":"]
+        else:
+            found.append(f"    {line}" if inside and line and not header else line)
     return found
 
 

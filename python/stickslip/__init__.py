@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.continuation.loci import locus
     from stickslip.dynamics.continuation.switching import switch_branch
     from stickslip.dynamics.critical.critical import critical_velocities
+    from stickslip.dynamics.critical.intervals import critical_intervals
     from stickslip.dynamics.periodic.close_returns import periodic_orbits
     from stickslip.dynamics.periodic.cycles import periodic_orbit
     from stickslip.dynamics.periodic.exponents import lyapunov
@@ -54,6 +55,7 @@ _HOME = {
     "basins": "dynamics",
     "chain": "model.system",
     "continuation": "dynamics.continuation.branches",
+    "critical_intervals": "dynamics.critical.intervals",
     "critical_velocities": "dynamics.critical.critical",
     "locus": "dynamics.continuation.loci",
     "switch_branch": "dynamics.continuation.switching",
@@ -100,6 +102,7 @@ __all__ = [
     "basins",
     "chain",
     "continuation",
+    "critical_intervals",
     "critical_velocities",
     "dimensionless",
     "film",

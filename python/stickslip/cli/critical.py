@@ -15,6 +15,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument(
         "--max-seconds", type=float, metavar="S", help="end the search after so long, with what is confirmed"
     )
+    command.add_argument(
+        "--samples",
+        type=int,
+        metavar="N",
+        help="95 %% intervals from so many laws drawn from the covariance of a law file",
+    )
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)
 
@@ -23,19 +29,27 @@ def run(options: argparse.Namespace) -> None:
     """Do the work."""
     from stickslip.cli.continue_ import parse_bounds
     from stickslip.dynamics.critical.critical import critical_velocities
+    from stickslip.dynamics.critical.intervals import critical_intervals
+    from stickslip.errors import InputError
     from stickslip.model.system import load_system
 
+    if options.samples is not None and options.max_seconds is not None:
+        raise InputError("critical: --samples does not go with --max-seconds: leave one out")
     bounds = parse_bounds("--between", options.between) if options.between else None
     system = load_system(options.system)
     with Bar() as bar:
         found = critical_velocities(system, bounds, progress=bar, max_seconds=options.max_seconds)
+        spread = {}
+        if options.samples is not None:
+            table = critical_intervals(system, options.samples, seed=0, bounds=bounds, progress=bar)
+            spread = {str(name): (row["low"], row["high"], int(row["laws"])) for name, row in table.iterrows()}
     if options.json:
         all_of_them = {"critical_velocities": [list(item) for item in found.all], "criticality": found.criticality}
         hidden = [[point.kind, point.parameter] for point in found.not_shown]
         neutral = [list(item) for item in found.neutral]
         brackets = [list(item) for item in found.brackets]
         rest = {"not_shown": hidden, "neutral": neutral, "finished": found.finished, "brackets": brackets}
-        say_json(all_of_them | rest)
+        say_json(all_of_them | rest | ({"intervals": spread} if options.samples is not None else {}))
         return
     for kind, value in found.all:
         nature = f", {found.criticality}" if kind == "hopf" and found.criticality else ""
@@ -46,5 +60,7 @@ def run(options: argparse.Namespace) -> None:
         say(f"{name.replace('_', ' ') + ' ':20s}between {low:.12g} and {high:.12g} (not confirmed)")
     for point in found.not_shown:
         say(f"{point.kind.replace('_', ' '):20s}{point.parameter:.12g}, on a cycle (not shown by runs)")
+    for name, (low, high, laws) in spread.items():
+        say(f"{name.replace('_', ' '):20s}{low:.6g} to {high:.6g} (95 %, in {laws} of {options.samples} laws)")
     for low, high in found.neutral:
         say(f"{'neutral slip':20s}from {low:.12g} to {high:.12g}: small disturbances neither grow nor decay")

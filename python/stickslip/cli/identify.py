@@ -30,7 +30,11 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         argument_default=argparse.SUPPRESS,  # what was not given is not there, so what was given can be told
     )
     command.add_argument("friction", nargs="+", metavar="FRICTION.nc")
-    command.add_argument("--law", metavar="NAME", help="law to fit; default what the records can tell")
+    command.add_argument(
+        "--law",
+        metavar="NAME",
+        help="law to fit; default what the records can tell; Combined:STATIC:KINETIC names the parts of Combined too",
+    )
     command.add_argument(
         "--free", nargs="+", metavar="NAME", help="numbers of the law to fit; default what the records tell"
     )

@@ -11,6 +11,8 @@ from stickslip.errors import InputError
 from stickslip.files.disk import write_text
 from stickslip.files.units import rounded
 
+OF_A_FORCE = {"N": {"velocity": "m/s", "time": "s"}, "N m": {"velocity": "rad/s", "time": "s"}}
+"""Units beside one of force, in files that hold no other."""
 ENDINGS = {".c": "c", ".py": "python"}
 """Languages of `--code`."""
 
@@ -54,23 +56,29 @@ def run(options: argparse.Namespace) -> None:
         raise InputError(f"law: --code: the file must end in {' or '.join(ENDINGS)}, got {options.code}")
     document = law_document(options.law)
     law = law_of(document, options.law)
-    units, errors = document.get("units", {}), document.get("uncertainty", {})
+    units, errors, source = (document.get(name, {}) for name in ("units", "uncertainty", "source"))
 
     def of(dimension: str) -> str | None:
-        """The unit that the numbers of this dimension have in the file."""
-        return next((units.get(name) for name, number in numbers(law).items() if number.dimension == dimension), None)
+        """The unit that the numbers of this dimension have in the file, or had in its records."""
+        own = next((units.get(name) for name, number in numbers(law).items() if number.dimension == dimension), None)
+        recorded = source.get("units") if isinstance(source, dict) else None
+        known = recorded if isinstance(recorded, dict) else {}
+        beside = {} if dimension == "force" else OF_A_FORCE.get(of("force") or "", {})
+        return own or known.get({"velocity": "slip_velocity"}.get(dimension, dimension)) or beside.get(dimension)
 
     say(type(law).__name__)
     for name in numbers(law):
         number, error = value(law, name), errors.get(name)
         stated = f"{number:.6g}" if error is None else rounded(number, error)
         say(f"  {name:24s}{stated}{_unit(units.get(name))}")
-    source = document.get("source", {})
     speeds, rests = (_measured(source, name) for name in ("slip_velocity", "stick_time"))
     fastest = speeds[1] if speeds else None
     if fastest is not None:
         after = f" and rests of {rests[0]:.3g} to {rests[1]:.3g}{_unit(of('time'))}" if rests else ""
         say(f"  fitted to slip velocities up to {fastest:.3g}{_unit(of('velocity'))}{after}")
+    beside = source.get("beside_friction", {}) if isinstance(source, dict) else {}
+    for name, size in beside.items():
+        say(f"  beside friction: {name} = {size}")
     for note in source.get("notes", []):
         say(f"- {note}")
     if options.plot:
@@ -85,7 +93,8 @@ def run(options: argparse.Namespace) -> None:
         table = table_up_to(law, options.speed, of("force"), of("velocity"), of("time"))
         write_text(options.table, table.to_csv(index=False), ".csv")
     if options.code:
-        write_text(options.code, law_code(law, ENDINGS[ending], options.speed, stick_time=options.stick_time), ending)
+        text = law_code(law, ENDINGS[ending], options.speed, stick_time=options.stick_time, beside=beside)
+        write_text(options.code, text, ending)
     say_written(options.plot, options.table, options.code)
 
 

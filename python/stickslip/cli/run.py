@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> None:
     if options.watch:
         watch(plan, every=options.every, on_table=show)
         return
-    with Bar() as bar:
+    with Bar(lines=True) as bar:
         table = run_all(plan, again=options.again, progress=bar)
     show(table)
     failed = int((table["state"] == "failed").sum())

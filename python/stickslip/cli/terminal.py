@@ -53,7 +53,13 @@ def save_figure(figure: Any, path: str) -> None:
 
 
 class Bar:
-    """Progress on stderr, a bar in a terminal, else a line now and then: call it with what, how much of it, of how much."""
+    """Progress on stderr, a bar in a terminal, else a line now and then: call it with what, how much of it, of how much.
+
+    With `lines` each call writes a line that stays, in a terminal above the bar.
+    """
+
+    def __init__(self, lines: bool = False) -> None:
+        self._lines = lines
 
     def __enter__(self) -> Bar:
         from rich.console import Console
@@ -74,6 +80,8 @@ class Bar:
 
     def __call__(self, what: str, done: int, total: int) -> None:
         """Show that `done` of `total` is done, and what it is."""
-        if self._log is not None:
+        if self._lines:
+            self._progress.console.print(f"{done} of {total}: {what}", markup=False, highlight=False, soft_wrap=True)
+        elif self._log is not None:
             self._log(what, done, total)
         self._progress.update(self._task, description=what, completed=done, total=total)

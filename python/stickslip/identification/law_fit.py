@@ -20,6 +20,7 @@ from stickslip.identification.kinetic.motion import WITH_MEMORY, extrapolated_no
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.laws import (
+    Combined,
     Coulomb,
     DwellTime,
     Law,
@@ -53,12 +54,12 @@ class Options:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     ties: Mapping[str, str] | None = None
 
-    def command(self, records: Sequence[FrictionRecord], kind: type[Law]) -> str:
+    def command(self, records: Sequence[FrictionRecord], law: str | type[Law] | Law) -> str:
         """What to type to do it again."""
         files = [
             f"FRICTION-{i}.nc" if record.name == f"record {i}" else record.name for i, record in enumerate(records, 1)
         ]
-        parts = ["stickslip", "identify", *files, "--law", kind.__name__]
+        parts = ["stickslip", "identify", *files, "--law", law if isinstance(law, str) else _kind(law).__name__]
         if self.free is not None:
             parts += ["--free", *self.free]
         if self.fixed:
@@ -116,11 +117,11 @@ class LawFit:
             )
         for record in records:
             refuse_unreadable(record)
-        self.kind, self.records, self.options = kind, records, options
+        self.kind, self.asked, self.records, self.options = kind, law, records, options
         self._static = None if kind is Coulomb else break_aways.static
         relative, self._drift = (False, []) if kind is Coulomb else break_aways.relative
         grown = None if self._static is None else self._static.of_a_law
-        evidence = Evidence(records, break_aways.rows, grown, relative, count, start=start)
+        evidence = Evidence(records, break_aways.rows, grown, relative, count, start=start, parts=_parts(law))
         self.guess = _bounded(_guess(kind, start, evidence, options), options.bounds)
         self.problems = []
         for form in _forms(self.guess):
@@ -172,7 +173,7 @@ class LawFit:
             static=static,
             notes=list(dict.fromkeys(notes)),
             records=records,
-            command=self.options.command(records, kind),
+            command=self.options.command(records, self.asked),
             constraints=guess.constraints,
             within=guess.within,
             offset=found.offset,
@@ -208,9 +209,26 @@ def _kind(law: str | type[Law] | Law) -> type[Law]:
         return law
     if isinstance(law, str) and law in Law.ALL:
         return Law.ALL[law]
+    if _parts(law):
+        return Combined
     hint = did_you_mean(str(law), Law.ALL)
     known = ", ".join(item.__name__ for item in GUESSES)
     raise InputError(f"identify: unknown law {law!r}{hint}; known are {known}")
+
+
+def _parts(law: str | type[Law] | Law) -> tuple[type[Law], ...]:
+    """Kinds of the parts in ``"Combined:LogarithmicDwell"`` or ``"Combined:DwellTime:Lorentzian"``, else none."""
+    if not isinstance(law, str) or not law.startswith(f"{Combined.__name__}:"):
+        return ()
+    names = law.split(":")[1:]
+    for name in names:
+        if name not in Law.ALL:
+            raise InputError(f"identify: {law}: unknown law {name!r}{did_you_mean(name, Law.ALL)}")
+    if len(names) > 2:
+        raise InputError(
+            f"identify: {law}: expected a static and a kinetic part after Combined, got {len(names)} parts"
+        )
+    return tuple(Law.ALL[name] for name in names)
 
 
 def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Options) -> Guess:

@@ -100,6 +100,11 @@ class Identification(Result):
         names = [name for name in pointers(self.law) if name not in self.parameters.index]
         return {name: number for name in names if (number := maybe(self.law, name)) is not None}
 
+    @property
+    def beside(self) -> dict[str, float]:
+        """What of the measured force is no friction, by name: the offset, where one was fitted."""
+        return {} if self.offset is None else {"offset": float(self.offset["value"])}
+
     def heading(self) -> list[str]:
         """The law and its records."""
         names = ", ".join(record.name for record in self.records)
@@ -137,6 +142,8 @@ class Identification(Result):
                 for record in self.records
             ],
             "measured": self.measured(),
+            **({"beside_friction": self.beside} if self.beside else {}),
+            **({"units": dict(self.records[0].units)} if self.records and self.records[0].units else {}),
             "rms": self.rms,
             "intervals": {name: [float(row["low"]), float(row["high"])] for name, row in self.parameters.iterrows()},
             "notes": self.notes,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -61,8 +62,39 @@ double friction(double w, double load)
 
 LANGUAGES = {"python": PYTHON, "c": C}
 
+BESIDE = {
+    "offset": "{offset!r}",
+    "restoring": "{restoring!r} * (x - {position!r})",
+    "gravity_sine": "{gravity_sine!r} * sin(x)",
+    "gravity_cosine": "{gravity_cosine!r} * cos(x)",
+    "inertia": "{inertia!r} * a",
+}
+"""What a measured force may hold beside friction, at position x and acceleration a; `position` is the zero of a spring."""
+SAYS_BESIDE = "What the measured force holds beside friction, at position x and acceleration a; add it to friction."
+PYTHON_BESIDE = '''
 
-def law_code(law: Law, language: str, w_max: float, error: float | None = None, stick_time: float | None = None) -> str:
+def beside_friction(x, a):
+    """{says}"""
+    return {sum}
+'''
+C_BESIDE = """
+/* {says} */
+double beside_friction(double x, double a)
+{{
+    (void)x, (void)a;
+    return {sum};
+}}
+"""
+
+
+def law_code(
+    law: Law,
+    language: str,
+    w_max: float,
+    error: float | None = None,
+    stick_time: float | None = None,
+    beside: Mapping[str, float] | None = None,
+) -> str:
     """The text of a function friction(w, load): f(w) while slipping, the balance of the load up to f_s while stuck.
 
     Parameters
@@ -73,6 +105,8 @@ def law_code(law: Law, language: str, w_max: float, error: float | None = None, 
     error : the largest deviation from the law up to there, in the unit of force; default a ten-thousandth of the static
         friction. Between its nodes the function is linear (:func:`from_function`).
     stick_time : t_s of the static friction; needed where it grows with rest.
+    beside : what the measured force holds beside friction, as a fit has it in its attribute ``beside`` and a law file under
+        ``[source.beside_friction]``: the text then has a second function, beside_friction(x, a), to be added.
 
     Returns
     -------
@@ -126,4 +160,22 @@ def law_code(law: Law, language: str, w_max: float, error: float | None = None, 
     nodes = [nodes_toward(1.0), nodes_toward(-1.0)]
     head = f"Friction of a law {kind}, written by stickslip {__version__}: within {bound:.3g} of the law up to |w| = {top:g}."
     listed = nodes if language == "python" else [tuple(", ".join(map(repr, row)) for row in pair) for pair in nodes]
-    return LANGUAGES[language].format(head=head, static=static, nodes=listed)
+    return LANGUAGES[language].format(head=head, static=static, nodes=listed) + _beside(beside or {}, language)
+
+
+def _beside(numbers: Mapping[str, float], language: str) -> str:
+    """The second function of the text, empty where there is nothing beside friction."""
+    if unknown := [name for name in numbers if name not in (*BESIDE, "position")]:
+        raise InputError(
+            f"law_code: unknown force beside friction {unknown[0]!r}{did_you_mean(unknown[0], BESIDE)}; known are "
+            f"{', '.join(BESIDE)}"
+        )
+    given = {name: number(name, one, "law_code") for name, one in numbers.items()}
+    if not given:
+        return ""
+    total = " + ".join(BESIDE[name].format(**{"position": 0.0} | given) for name in BESIDE if name in given)
+    if language == "python":
+        needs = "from math import cos, sin\n" if "(x)" in total else ""
+        return ("\n\n" + needs if needs else "") + PYTHON_BESIDE.format(says=SAYS_BESIDE, sum=total)
+    needs = "\n#include <math.h>\n" if "(x)" in total else ""
+    return needs + C_BESIDE.format(says=SAYS_BESIDE, sum=total)

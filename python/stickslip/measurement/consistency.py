@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.measurement.force import Friction, likeliest_inertia
-from stickslip.measurement.read import Record
+from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.noise import line_excess, mains_hum
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
@@ -25,6 +25,10 @@ MOSTLY_SLOW = 0.4
 LEAST_PER_PERIOD = 6
 """Samples that the free mass must give in a period for its acceleration to be seen."""
 
+STANDS, DRIVEN = 0.1, 0.5
+"""Parts of its speed below which a drive that stops is seen to move the spring, and above which it does just before."""
+LASTING = 1.5
+"""A drive that stops does so for longer than that many cycles of the motion."""
 RISES = 30.0
 """No mass that a drive drags along rises so many times faster than the drive."""
 
@@ -61,6 +65,44 @@ def check_rise(record: Record, rig: Rig, presmoothed: Presmoothed, flanks: Flank
             f"that drags the mass goes at {rig.drive_velocity:g}; correct the unit, the drive_velocity or the stiffness in "
             "the rig"
         )
+
+
+def while_driven(
+    record: Record, oscillator: OscillatorConstants, presmoothed: Presmoothed, flanks: Flanks
+) -> tuple[slice, list[str]]:
+    """The longest part of the record in which the drive does not stop, and a sentence where there are several.
+
+    The spring of a mass that rests keeps its length where the drive stops. One that slips at the speed of the drive does so
+    too, but it swings until then: here the spring moves at half the speed of the drive less than half a period of the free
+    mass before and after.
+    """
+    o, rate, time = oscillator, presmoothed.rate, record.time
+    slow, fast = max(STANDS * o.drive_velocity, 4 * presmoothed.rate_error), DRIVEN * o.drive_velocity
+    if len(flanks.limits) < 3 or slow > fast / 2:
+        return slice(None), []
+    cycle = float(np.median(np.diff([time[last] for _, last in flanks.limits])))
+    still = np.abs(rate) < slow
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int))).reshape(-1, 2)
+    near = max(round((own_period(o) / 2 + 0.2 / presmoothed.cutoff) / record.step), 2)
+    stops: list[tuple[int, int]] = []
+    for first, last in edges.tolist():
+        sides = ([rate[max(first - near, 0) : first]] if first > 0 else []) + (
+            [rate[last : last + near]] if last < len(rate) else []
+        )
+        lasts = time[last - 1] - time[first] > max(LASTING * cycle, 2 * own_period(o))
+        if lasts and sides and all(np.abs(side).max() > fast for side in sides):
+            stops.append((first, last))
+    if not stops:
+        return slice(None), []
+    driven = np.concatenate([[0], np.ravel(stops), [len(time)]]).reshape(-1, 2)
+    first, last = driven[np.argmax(driven[:, 1] - driven[:, 0])].tolist()
+    said = ", ".join(f"{time[a]:.4g} to {time[b - 1]:.4g}" for a, b in stops)
+    why = f"the drive seems to stop: the spring keeps its length from {said}, as it does where mass and drive rest"
+    if last - first < LEAST_SAMPLES:
+        raise InputError(f"{record.source}: {why}, and what is left is too short; give a longer record")
+    return slice(first, last), [
+        f"{why}; only {time[first]:.4g} to {time[last - 1]:.4g} was measured ([read] window in the rig takes another part)"
+    ]
 
 
 def without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:

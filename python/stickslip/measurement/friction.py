@@ -20,6 +20,7 @@ from stickslip.measurement.consistency import (
     inertia,
     overtaking,
     unlike_stated_noise,
+    while_driven,
     without_mains,
 )
 from stickslip.measurement.force import Friction, fit_pieces, friction_force
@@ -206,6 +207,11 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     flanks = find_flanks(presmoothed, 0.0)  # every fall that stands clear of the noise
 
     check_rise(record, rig, presmoothed, flanks)
+    part, stopped = while_driven(record, o, presmoothed, flanks)
+    if stopped:
+        weights = None if record.weight is None else record.weight[part]
+        driven = replace(record, time=time[part], signal=record.signal[part], weight=weights)
+        return _measure(replace(driven, notes=(*record.notes, *stopped)), rig, alone)
 
     # the spring and the drive as the sticks show them
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)

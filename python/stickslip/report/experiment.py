@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from stickslip.errors import InputError
-from stickslip.files.checks import number
+from stickslip.files.checks import did_you_mean, number
 from stickslip.files.disk import read_toml, write_whole
 from stickslip.files.netcdf import write_netcdf
 from stickslip.files.schema import Count, Document, FilePath, Says
@@ -141,7 +141,7 @@ def run(
     ----------
     experiment : an :class:`Experiment`, its table, or the path of its TOML file.
     again : measure also what is finished.
-    progress : called with (what, records done, records in all).
+    progress : called with (name and state of a record, records done, records in all).
 
     Returns
     -------
@@ -151,7 +151,8 @@ def run(
     Raises
     ------
     InputError
-        for a wrong document, where no record is found, or the folder cannot be made.
+        for a wrong document, a law that there is not, a rig that is wrong for every record (before any is measured), where no
+        record is found, or the folder cannot be made.
 
     Examples
     --------
@@ -168,6 +169,7 @@ def run(
     for key in ("rig", "track"):
         if isinstance(path := plan.said(key), str):
             read_toml(path, f"{key} file")
+    _check(plan, sources)
     try:
         plan.results.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -178,10 +180,33 @@ def run(
     for done, (name, row) in enumerate(_rows(plan, sources, again), start=1):
         rows[name] = row
         if progress is not None:
-            progress(name, done, len(sources))
+            progress(f"{name} {row['state']}", done, len(sources))
     table = pd.DataFrame.from_dict({name: rows[name] for name in sources}, orient="index").rename_axis("record")
+    if progress is not None and plan.law:
+        progress("identifying the law", len(sources), len(sources))
     table.attrs["law"] = _together(plan, table)
     return table
+
+
+def _check(plan: Experiment, sources: Mapping[str, Path]) -> None:
+    """Refuse what would fail at the end of every record, or after all of them."""
+    from stickslip.laws import Law
+    from stickslip.measurement import load_rig
+
+    if plan.law not in ("", "auto", *Law.ALL):
+        raise InputError(
+            f"run: unknown law {plan.law!r}{did_you_mean(plan.law, Law.ALL)}; known are auto, {', '.join(Law.ALL)}"
+        )
+    wrong = None
+    for path in sources.values():
+        try:
+            load_rig(plan.rig_of(path))
+        except InputError as error:
+            wrong = wrong or error
+        else:
+            return
+    if wrong is not None:
+        raise wrong
 
 
 def watch(

@@ -69,6 +69,7 @@ class Evidence:
     pieces : number of linear pieces asked for.
     sense : 1 or -1 where only slip in that sense counts, None: either.
     start : the law that was given as first guess; it says of which kinds the parts of a law are.
+    parts : the kinds of the static and the kinetic part of a law that has them, where they are asked for by name.
     """
 
     records: Sequence[FrictionRecord]
@@ -78,6 +79,7 @@ class Evidence:
     pieces: int
     sense: float | None = None
     start: Law | None = None
+    parts: tuple[type[Law], ...] = ()
 
     def toward(self, sense: float) -> Evidence:
         """The evidence of one direction; the fits of static friction are of both."""

@@ -220,16 +220,19 @@ def _asymmetric(evidence: Evidence) -> Guess:
 
 
 def _combined(evidence: Evidence) -> Guess:
-    """Parts as the law given says, else growth of the form that the break-aways show and a fall with the slip speed."""
+    """Parts as asked for or as the law given says, else growth as the break-aways show and a fall with the slip speed."""
     static_kind, curve = _dwell_kind(evidence), None
     if isinstance(evidence.start, Combined):
         static_kind = type(evidence.start.static)
         curve = first_guess(type(evidence.start.kinetic), replace(evidence, start=evidence.start.kinetic))
+    elif len(evidence.parts) > 1:
+        curve = first_guess(evidence.parts[1], evidence)
     else:
         try:
             curve = exponential(evidence)
         except InputError:  # hardly any range of slip speeds: no curve over them
             curve = _coulomb(evidence)
+    static_kind = evidence.parts[0] if evidence.parts else static_kind
     grown = first_guess(static_kind, evidence)
     slides = [name for name in curve.free if _acts(curve.law, name, lambda law: law.kinetic_force(_speeds(evidence)))]
     own_level = evidence.static is not None and evidence.static.own_level

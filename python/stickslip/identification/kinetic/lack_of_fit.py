@@ -6,7 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.identification.kinetic.curves import Rows, linear_losses
 from stickslip.identification.kinetic.force_fit import Problem
+from stickslip.identification.kinetic.misfit import PART, SURE, behind
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
@@ -15,6 +17,8 @@ APART = 0.1
 """Records whose mean friction differs from the law by more than that part of it do not obey one law."""
 DRIVEN = 0.2
 """A law that pushes with the slip over more than that part of its path is no friction."""
+MOSTLY = 0.5
+"""Share of the mean squared misfit of a law that a force of the position must explain before the law is refused."""
 NOISY = 3.0
 """A misfit that many times the instrument's noise is no noise."""
 CLEARLY, CHANGES, FEWEST = 5.0, 0.03, 20
@@ -57,7 +61,11 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
             f"identify: the {kind} closest to the records pushes with the slip over {100 * max(driven):.0f} % of its path, "
             "which no friction does: check the signs of displacement and drive velocity, the rest position and the mass"
         )
+<<<<<<< HEAD
     notes = curved
+=======
+    notes = _force_of_the_position(problem, law, offset)
+>>>>>>> refs/heads/face
     names = [motion.record.name for motion in problem.motions]
     if len(off) > 1 and max(map(abs, off)) > APART * float(np.mean(levels)):
         each = ", ".join(f"{value:+.2g} ({name})" for value, name in zip(off, names, strict=True))
@@ -73,6 +81,7 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
     return notes
 
 
+<<<<<<< HEAD
 def _change_with_speed(speed: Array, friction: Array) -> tuple[float, float, float] | None:
     """Of friction between two slip speeds the greatest change, and both speeds, slow and fast; None where it is not clear.
 
@@ -91,3 +100,37 @@ def _change_with_speed(speed: Array, friction: Array) -> tuple[float, float, flo
     if abs(change) < max(CLEARLY * apart, CHANGES * float(np.abs(level).mean())):
         return None
     return change, float(np.median(speed[part == slow + 1])), float(np.median(speed[part == fast + 1]))
+=======
+def _force_of_the_position(problem: Problem, law: Law, offset: float) -> list[str]:
+    """That a force measured to and fro holds one of gravity or a spring beside the law, whose numbers it moves."""
+    notes = []
+    for motion in problem.motions:
+        record, clear = motion.record, ~motion.record.stuck
+        if motion.indirect or record.displacement is None or not record.both_senses():
+            continue
+        w, x = motion.slip_velocity[clear], record.displacement[clear]
+        rest = (record.force - motion.replay(law) - offset)[clear]
+        sense, none = np.where(w < 0, -1.0, 1.0), np.full(w.size, np.nan)
+        turning = record.units.get("slip_velocity") == "rad/s"
+        rows = Rows(w, rest, np.ones(w.size), none, x, np.full(w.size, record.name), True, turning=turning)
+        levels = np.stack([sense, np.ones(w.size)], axis=1)
+        of_position = np.stack([np.sin(x), np.cos(x)] if turning else [x - x.mean()], axis=1)
+        alone, beside = (linear_losses(rows, part) for part in (levels, np.hstack([levels, of_position])))
+        if not behind(rows, alone, beside, SURE, PART):
+            continue
+        share = 1 - float(beside.mean() / alone.mean())
+        force = (
+            "sine and cosine of the angle, as the weight of an arm does"
+            if turning
+            else "the position, as a spring does"
+        )
+        said = (
+            f"{record.name}: {100 * share:.0f} % of what {type(law).__name__} misses of the force follows {force}, and "
+            "the law has no such force: it moves the numbers. Fit friction over slip velocity with that force beside it "
+            "(--steady, fit_steady; --law Asymmetric for numbers of their own each way), or take that force off the record."
+        )
+        if share > MOSTLY:
+            raise InputError(f"identify: {said}")
+        notes.append(said)
+    return notes
+>>>>>>> refs/heads/face

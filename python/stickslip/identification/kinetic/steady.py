@@ -24,6 +24,7 @@ from stickslip.identification.kinetic.curves import (
     BLOCKS,
     FEW,
     GRAVITY,
+    OF_MOTION,
     ONE_SPEED,
     SHAPES,
     Rows,
@@ -56,8 +57,12 @@ SEEN_TIE = 0.8
 STANDS_OUT = 6.0
 """A row that is missed by more than so many median misfits is named."""
 
-OF_LAW = {"Coulomb": ("Coulomb",), "ExponentialStribeck": ("Stribeck", "Gaussian Stribeck", "Coulomb + viscous")}
-"""Shapes that are a law of the catalogue."""
+OF_LAW = {
+    "Coulomb": ("Coulomb",),
+    "ExponentialStribeck": ("Stribeck", "Gaussian Stribeck", "Coulomb + viscous"),
+    "Asymmetric": tuple(SHAPES),
+}
+"""Shapes that are a law of the catalogue; of Asymmetric with numbers of their own for each sense of the slip."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -96,6 +101,13 @@ class SteadyFriction(Result):
     def parameters(self) -> pd.DataFrame:
         """Of the chosen form: value, error, low and high by name."""
         return self.best.parameters
+
+    @property
+    def beside(self) -> dict[str, float]:
+        """What of the measured force is no friction, by name; `position` is where a spring (`restoring`) pushes nothing."""
+        values = self.parameters["value"]
+        found = {name: float(values[name]) for name in ("offset", *OF_MOTION) if name in values.index}
+        return found | ({"position": self.best.curve.middle[1]} if "restoring" in found else {})
 
     @property
     def law(self) -> Law | None:
@@ -238,6 +250,8 @@ class SteadyFriction(Result):
             "formula": plain["formula"],
             "values": {name: row["value"] for name, row in plain["parameters"].items()},
             "intervals": {name: [row["low"], row["high"]] for name, row in plain["parameters"].items()},
+            **({"beside_friction": self.beside} if self.beside else {}),
+            **({"units": dict(self.stated)} if self.stated else {}),
             "rms": self.best.rms,
             "intervals_valid": self.valid,
             "notes": self.notes,
@@ -388,11 +402,13 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
             f"identify: {law} is not a curve over slip velocity alone{did_you_mean(law, OF_LAW)}; such are "
             f"{', '.join(OF_LAW)}, or leave --law out to compare all forms"
         )
-    shapes = SHAPES if law is None else OF_LAW[law]
-    fits = _fits(rows, shapes)
+    shapes, each_way = SHAPES if law is None else OF_LAW[law], law == Asymmetric.__name__
+    if each_way and len(set(np.sign(rows.w))) == 1:
+        raise InputError("identify: Asymmetric needs slip in both senses, and all slip is one way; leave the law out")
+    fits = _fits(rows, shapes, each_way)
     if fits and _between(rows, next(iter(fits.values()))) > 0:
         rows = rows.set_apart()
-        fits = _fits(rows, shapes)
+        fits = _fits(rows, shapes, each_way)
     if not fits:
         speed = np.abs(rows.w)
         alike = len(rows) > 2 and float(speed.max()) < ONE_SPEED * float(speed.min())
@@ -404,7 +420,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
             f"{'are' if len(rows) != 1 else 'is'} too few for {law or 'any form'}; measure more speeds"
         )
     chosen, undecided = _choose(rows, fits)
-    if law is not None and OF_LAW[law][0] not in chosen:
+    if law is not None and not each_way and OF_LAW[law][0] not in chosen:
         notes.append(
             f"{law} was asked for; {chosen}, its limit, predicts held-back rows as well or is all that can be fitted."
         )
@@ -416,9 +432,10 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command, units[0][1], valid)
 
 
-def _fits(rows: Rows, shapes: Iterable[str]) -> dict[str, SteadyFit]:
-    """All forms of these shapes that can be fitted, the best prediction first."""
-    fits = {form: fit_form(rows, form, terms) for form, terms in forms_of(rows, shapes)}
+def _fits(rows: Rows, shapes: Iterable[str], each_way: bool) -> dict[str, SteadyFit]:
+    """All forms of these shapes, or those with numbers for each sense, that can be fitted, the best prediction first."""
+    forms = [item for item in forms_of(rows, shapes) if not each_way or "asymmetric" in item[0]]
+    fits = {form: fit_form(rows, form, terms) for form, terms in forms}
     found = {form: fit for form, fit in fits.items() if fit is not None}
     return dict(sorted(found.items(), key=lambda item: item[1].held_back))
 

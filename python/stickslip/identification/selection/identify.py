@@ -149,6 +149,7 @@ def identify(
     friction : a DataTree from :func:`stickslip.measure`, the path of a friction file, or a list of either.
     law : name or class of a law (the first guess then comes from the data), or a law as first guess; default the law whose
         static friction has the form that the break-aways show, `StaticKinetic` where they cannot tell; `notes` says which.
+        The parts of `Combined` may be named too: ``"Combined:LogarithmicDwell"``, ``"Combined:DwellTime:Lorentzian"``.
     free : names of the numbers to fit, such as ``"kinetic"``, ``"nodes[1].force"``, ``"static_friction.initial"``,
         ``"l.slope"``, ``"B.w"``; default: what the records can tell. For a law given as first guess: default as for its
         class.

@@ -72,4 +72,4 @@ def choose_pieces(records: list[FrictionRecord], law: str | type[Law] | Law, opt
         f"the least by {behind}; of those that predict alike within the scatter from part to part it is the fewest."
     )
     result = found[chosen]
-    return replace(result, notes=[why, *result.notes], command=options.command(records, kind))
+    return replace(result, notes=[why, *result.notes], command=options.command(records, law))

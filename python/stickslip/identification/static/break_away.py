@@ -124,6 +124,18 @@ class StaticFriction(Result):
         ]
         return [fit.form for fit in sorted(near, key=lambda fit: fit.criterion) if fit is not self.best]
 
+    def _as_good(self) -> list[str]:
+        """The forms that these break-aways do not tell from the chosen one, and how far they go apart."""
+        if not self.alternatives:
+            return []
+        longest = 10 * float(self.rows["stick_time"].max())
+        forces = [float(self.fits[form](longest)) for form in (self.chosen, *self.alternatives)]
+        return [
+            f"These break-aways do not tell the {self.chosen} form from: {', '.join(self.alternatives)}. After a rest of "
+            f"{longest:.3g}, ten times the longest, they have with their fitted numbers {min(forces):.4g} to "
+            f"{max(forces):.4g}; rests of other lengths tell them apart."
+        ]
+
     @property
     def of_a_law(self) -> StaticFriction:
         """The same with the form, of those that laws have, that lies closest to these break-aways."""
@@ -258,9 +270,11 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     constraints = tied(rows)
     fits = _fits(rows, level, rates_differ=not constraints)
     chosen, sentence = _choose(fits)
+    found = StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=[])
     notes = [
         *notes,
         sentence,
+        *found._as_good(),
         *_unlike(rows, fits),
         *constraints,
         *loading_line(rows, fits),
@@ -268,7 +282,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
         *threshold(rows),
         *_not_chosen(fits),
     ]
-    return StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=notes)
+    return replace(found, notes=notes)
 
 
 def _not_chosen(fits: dict[str, StaticFit]) -> list[str]:

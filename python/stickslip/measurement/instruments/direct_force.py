@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+from scipy.special import ndtr
 
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
@@ -28,6 +29,10 @@ Mask = npt.NDArray[np.bool_]
 
 OSCILLATOR = ("mass", "stiffness", "damping")
 """What the contact hangs on, where a law is to be set in motion: of a torsional record inertia, N m/rad and N m s/rad."""
+QUARTILE = 0.3186
+"""Of the size of a normal variable, in standard deviations."""
+CLEAR = 3.0
+"""Standard deviations of the speed at rest from which on a mass moves."""
 
 
 @dataclass(frozen=True)
@@ -227,7 +232,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
         normal = record["normal_force"]
         friction, error, unit = friction / normal, error / np.abs(normal), "1"
     level = bench.maybe("stuck_speed")
-    stuck = np.zeros(len(time), dtype=bool) if level is None else _stuck(w, level)
+    stuck = np.zeros(len(time), dtype=bool) if level is None else _stuck(w, level, w_error)
     share = bench.number("fast_share")
     fast = bench.maybe("fast_speed")
     fast = share * float(np.max(np.abs(w))) if fast is None else fast
@@ -279,8 +284,12 @@ def _run(record: Samples, bench: Bench) -> _Run:
     return _Run(record, w, w_error, acceleration, friction, error, stuck, unit, speed_unit, notes, facts)
 
 
-def _stuck(w: Array, level: float) -> Mask:
-    """Slower than `level`, for three samples at least, holes closed where the speed stays below twice the level."""
+def _stuck(w: Array, level: float, error: Array) -> Mask:
+    """Slower than `level`, for three samples at least, holes closed where the speed stays below twice the level.
+
+    On a soft spring a mass takes long to reach that speed, so each end moves to where the speed leaves what it scatters by
+    at rest.
+    """
     slow, near = np.abs(w) < level, np.abs(w) < 2 * level
     stuck = slow.copy()
     for first, last in _stretches(near):
@@ -288,9 +297,46 @@ def _stuck(w: Array, level: float) -> Mask:
         if len(inside):
             stuck[first + inside[0] : first + inside[-1] + 1] = True
     for first, last in _stretches(stuck):
+        at_rest = max(float(np.quantile(np.abs(w[first:last]), 0.25)) / QUARTILE, float(np.median(error[first:last])))
+        resting = first + np.flatnonzero(np.abs(w[first:last]) < CLEAR * at_rest)
+        stuck[first:last] = False
+        if resting.size:
+            stuck[resting[0] : resting[-1] + 1] = True
+    for first, last in _stretches(stuck):
         if last - first < 3:
             stuck[first:last] = False
     return stuck
+
+
+def _unseen(w: Array, time: Array, moves: int, way: int) -> float:
+    """How long before its first sample `moves` that is seen to move the mass may have moved, time counted in this way.
+
+    Where the speed grows as a power of the time since then, it doubles twice in times that tell it.
+    """
+    speed = np.abs(w[moves:] if way > 0 else w[moves::-1])
+    times = np.abs((time[moves:] if way > 0 else time[moves::-1]) - time[moves])
+    reached = [np.flatnonzero(speed >= factor * speed[0]) for factor in (2.0, 4.0)]
+    if not all(one.size for one in reached):
+        return 0.0
+    once, twice = (float(times[one[0]]) for one in reached)
+    ratio = (twice - once) / once if once > 0 else 0.0
+    return once / (ratio - 1) if ratio > 1 else once
+
+
+def _excess(force: Array, noise: float) -> float:
+    """By how much the highest sample of a stick is expected to lie above its highest force: more the longer it is near that.
+
+    The force is taken from straight lines over an eighth of the stick, the noise as normal and independent.
+    """
+    from scipy.signal import savgol_filter  # loads for half a second
+
+    if len(force) < 3 or not noise > 0:
+        return 0.0
+    smooth = savgol_filter(force, max(len(force) // 8, 3), 1)
+    top = float(smooth.max())
+    level = np.linspace(top - 4 * noise, top + 6 * noise, 200)
+    below = np.prod(ndtr((level[:, None] - smooth[smooth > top - 8 * noise]) / noise), axis=1)
+    return float(level[-1] - np.trapezoid(below, level)) - top
 
 
 def _stretches(mask: Mask) -> list[tuple[int, int]]:
@@ -328,18 +374,19 @@ def _loop(run: _Run, bench: Bench) -> xr.Dataset:
 
 
 def _break_aways(run: _Run) -> xr.Dataset:
-    """One row for each stick that ends inside the record: the force is its largest size in the stick."""
+    """One row for each stick that ends inside the record: the force is its largest size in the stick, less noise."""
     time, force = run.record.time, run.force
-    noise = float(np.median(run.error))
+    noise, scatter = float(np.median(run.error)), noise_level(force)
     sticks = _stretches(run.stuck)
     rows: list[list[float]] = []
     for number, (first, last) in enumerate(sticks):
         if last >= len(time):
             continue
+        ends = [_unseen(run.w, time, last, 1), _unseen(run.w, time, first - 1, -1) if first > 0 else 0.0]
         step = float(time[last] - time[last - 1])
         inside = force[first : last + 1]
         sense = 1.0 if inside[-1] >= 0 else -1.0
-        peak = float(np.max(sense * inside)) * sense
+        peak = (float(np.max(sense * inside)) - _excess(sense * inside, scatter)) * sense
         t, f = time[first : last + 1] - time[first], inside
         rate = float(np.polyfit(t, f, 1)[0])
         rest = f - np.polyval(np.polyfit(t, f, 1), t)
@@ -349,7 +396,8 @@ def _break_aways(run: _Run) -> xr.Dataset:
         stick_time = float(time[last] - time[first]) if first > 0 else math.nan
         spread = float(np.sqrt(np.sum(rest**2) / max(len(t) - 2, 1) / np.sum((t - t.mean()) ** 2)))
         values = (float(time[last]), stick_time, rate, peak, drop)
-        errors = (step, math.sqrt(2) * step, spread, force_error, math.sqrt(2) * force_error)
+        late, early = (math.hypot(step, end) for end in ends)
+        errors = (late, math.hypot(late, early), spread, force_error, math.sqrt(2) * force_error)
         rows.append([number for pair in zip(values, errors, strict=True) for number in pair])
     return event_table(rows, run.unit)
 

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
+from stickslip.errors import InputError
 from stickslip.files.schema import Document, Limits, NotNegative, Positive, Says
+from stickslip.files.units import SPELLINGS, find_unit
 from stickslip.files.units import UNITS as SIZES
-from stickslip.files.units import find_unit
 from stickslip.measurement.rigs.layout import Layout
 
 if TYPE_CHECKING:
@@ -19,6 +20,14 @@ UNITS = {"spring_force": ("N", "mg", "1"), "displacement": ("m", "1")}
 """The usual units of each; any other unit of force or length will do too."""
 INSTRUMENTS = tuple(UNITS)
 DIMENSIONS = {"spring_force": "force", "displacement": "length"}
+TURNING = {
+    "stiffness": ("torsional_stiffness",),
+    "mass": ("inertia",),
+    "effective_mass": ("inertia",),
+    "drive_velocity": ("angular_speed",),
+    "damping": ("torsional_damping",),
+}
+"""What the numbers of a mass that turns are."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,6 +156,8 @@ class Rig(Document):
     @classmethod
     def from_dict(cls, table: Mapping[str, Any], where: str = "rig") -> Self:
         """Read a rig from the table of its document."""
+        if isinstance(table, Mapping):
+            _refuse_turning(table, where)
         # A file without time stamps says its rate; one with stamps in "t" may say both.
         if isinstance(table, Mapping) and "time_column" not in table and "sampling_rate" in table:
             table = {**table, "time_column": None}
@@ -156,3 +167,16 @@ class Rig(Document):
         """The table; of the layout what differs from the usual one."""
         table = super().to_dict() | {"read": self.read.changed()}
         return {key: value for key, value in table.items() if value != {}}
+
+
+def _refuse_turning(table: Mapping[str, Any], where: str) -> None:
+    """Say what to do for a mass that turns, whose units no rig of a mass on a spring has."""
+    for key, dimensions in {**TURNING, "unit": ("torque", "angle")}.items():
+        text = str(table.get(key, "")).strip()
+        unit = text if key == "unit" else text.partition(" ")[2].strip()
+        if any(SPELLINGS.get(unit, unit) in SIZES[dimension] for dimension in dimensions):
+            raise InputError(
+                f"{where}: {key} = {text!r} is of a mass that turns, and {table.get('instrument')} has no units of torsion: "
+                'write plain numbers in N m/rad, kg m^2, N m s/rad, rad/s and s with unit = "1" (forces are then in N m), '
+                'or take instrument = "direct_force" for a torque at the contact, with inertia'
+            )
