@@ -33,6 +33,9 @@ MOST_ABOVE = 1 / 3
 SHIFTS = np.arange(-12.0, 5.0)
 """Shifts of all releases that are tried, in the time over which the motion is linear in a shift."""
 
+NEGLIGIBLE = 1e-4
+"""Shifts that are less probable than this are left out."""
+
 FINE = 200
 """Times at which the motion of one slip is integrated."""
 
@@ -62,7 +65,7 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
 
     Returns
     -------
-    The same with another `late` and `force_error`; as it is where no slip has samples enough.
+    The same with another `late` and `force_error`; as it is where no slip is long enough, or there is no noise.
 
     Notes
     -----
@@ -78,16 +81,20 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
     fastest = float(friction.slip_velocity[samples].max())
     loads = [o.stiffness * slip.level(o, 0.0) + o.damping * o.drive_velocity for slip in slips]
     jump = abs(float(np.median(loads)) - float(np.median(friction.force[samples])))
-    if not (fastest > 0 and jump > 0):
+    if not min(fastest, jump, friction.noise) > 0:
         return friction
+    # a shift by this moves x by a fraction of the noise, as x departs from the drive with jump / m
     unit = math.hypot(math.sqrt(friction.noise * o.mass / jump) / 4, fit.step / 8)
+    slips = [slip for slip in slips if slip.length > 2 * SHIFTS[-1] * unit + FEWEST * fit.step]
+    if not slips:
+        return friction
     curves = [_curve(friction, slips, fastest, jump, shift * unit, unit) for shift in SHIFTS]
     evidences = np.array([curve.evidence for curve in curves])
     likely = np.exp(evidences - evidences.max())
     likely /= likely.sum()
     late, error = 0.0, np.zeros(len(friction.time))
     for curve, share in zip(curves, likely.tolist(), strict=True):
-        if share > 1e-4:
+        if share > NEGLIGIBLE:
             late += share * (curve.rms(curve.offset, curve.early) ** 2 + curve.own)
             error += share * _off_curve(friction, slips, curve) ** 2
     return replace(friction, late=math.sqrt(late), force_error=np.hypot(friction.force_error, np.sqrt(error)))
@@ -95,9 +102,16 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
 
 @dataclass(frozen=True)
 class _Limits:
-    """A slip: its samples, when it begins and for how long it is looked at, its path u = V t - x when it begins.
+    """A slip as it was measured.
 
-    `speeds` are measured at even times since then, (FINE,); `error` is that of its beginning.
+    Attributes
+    ----------
+    samples : of the record.
+    start, length : when it begins, and for how long it is looked at.
+    path : u = V t - x when it begins.
+    speeds : (FINE,) slip speeds at even times since then.
+    origin : time at which u = -x.
+    error : standard error of `start`.
     """
 
     samples: slice
@@ -119,13 +133,11 @@ class _Slip:
 
     Attributes
     ----------
-    root : (n,) roots of the weights of the samples; those below are times them.
-    rest : (n,) x minus what is known.
+    rest : (n,) x minus what is known; these three are times the roots of the weights of the samples.
     moves : (n, 2) what a later release adds to x, per s, and what friction adds, per N.
     changes : (n, numbers) what each change of friction adds, per N.
     """
 
-    root: Array
     rest: Array
     moves: Array
     changes: Array
@@ -224,12 +236,10 @@ def _slip(friction: Friction, limits: _Limits, fastest: float, shift: float) -> 
     seen[after <= 0, 0] = (at + drive * after)[after <= 0]
     seen *= root[:, None]
     x = drive * (fit.time[part] - fit.time[0]) - fit.path[part]
-    return _Slip(root, root * x - seen[:, 0], seen[:, 1:3], seen[:, 3:])
+    return _Slip(root * x - seen[:, 0], seen[:, 1:3], seen[:, 3:])
 
 
-def _curve(
-    friction: Friction, limits: list[_Limits], fastest: float, jump: float, shift: float, unit: float
-) -> _Curve:
+def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: float, shift: float, unit: float) -> _Curve:
     """Posterior of the numbers a at this shift of all releases: what is each slip's own taken out, all slips together."""
     size, count, variance = HALVINGS + 1, len(limits), friction.noise**2
     square, linear, rest = np.zeros((size, size)), np.zeros(size), 0.0
