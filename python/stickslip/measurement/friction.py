@@ -24,6 +24,7 @@ from stickslip.measurement.consistency import (
     without_mains,
 )
 from stickslip.measurement.force import Friction, fit_pieces, friction_force
+from stickslip.measurement.hidden_fall import with_hidden_fall
 from stickslip.measurement.instruments import INSTRUMENTS, Bench
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import Record, as_record
@@ -264,13 +265,15 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
     """Friction of a draft, its sticks (none where it is not `sticking`), the share of slow time and the kind of motion."""
     o, presmoothed, flanks = draft.oscillator, draft.presmoothed, draft.flanks
     if sticking and draft.rigid:
-        sticks, fit, late = _rigid_fit(draft)
+        sticks, fit, soft = _rigid_fit(draft)
     else:
-        late = 0.0
+        soft = True
         sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
         fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o))
-    friction = replace(friction_force(fit, sticks), late=late)
+    friction = friction_force(fit, sticks)
     sticks = [replace(stick, sure=stick.sure and not _hidden(draft, stick.end)) for stick in sticks]
+    if sticks and not soft:
+        friction = with_hidden_fall(friction, sticks)
     lasting = [stick.end - stick.start for stick in sticks]
     slow = slow_share(friction.slip_velocity, o.drive_velocity, draft.noise, draft.step, lasting)
     seen = presmoothed.rate_error / o.drive_velocity
@@ -293,8 +296,8 @@ def _knots(presmoothed: Presmoothed, oscillator: OscillatorConstants) -> float:
     return max(min(own_period(oscillator) / 25, 0.2 / presmoothed.cutoff), 2 * step)
 
 
-def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any, float]:
-    """Alternate between the limits of the sticks and the cut-off of the slips; their common error as of `refine_sticks`."""
+def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any, bool]:
+    """Alternate between the limits of the sticks and the cut-off of the slips; `soft` as of `refine_sticks`."""
     time, x, weight, presmoothed, o = draft.time, draft.extension, draft.weight, draft.presmoothed, draft.oscillator
     knots = _knots(presmoothed, o)
     sticks = rigid_candidates(presmoothed, draft.flanks, o.drive_velocity, 1 / own_period(o))
@@ -302,16 +305,15 @@ def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any, float]:
     cutoff = presmoothed.cutoff
     step = float(time[1] - time[0])
     soft: bool | None = None
-    common = 0.0
     for span in (max(8 * step, 0.06 * own_period(o)), 3 * step):
         model = SlipModel(time, path, weight, o, draft.noise, knots, cutoff)
-        sticks, soft, common = refine_sticks(model, sticks, span, soft)
+        sticks, soft = refine_sticks(model, sticks, span, soft)
         fit = fit_pieces(time, x, weight, sticks, True, o, knots)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)
         if not sticks or (soft and changed < 0.1):
             break
-    return sticks, fit, common
+    return sticks, fit, bool(soft)
 
 
 def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:

@@ -74,7 +74,7 @@ LIMIT_COST = 3.0
 
 def refine_sticks(
     model: SlipModel, sticks: list[Stick], span: float, soft: bool | None = None
-) -> tuple[list[Stick], bool, float]:
+) -> tuple[list[Stick], bool]:
     """Move the limits of each stick to where the record puts them, and drop sticks the record does not need.
 
     A stretch of at most a quarter of the own period on each side is taken as slip, rest, slip, each joint with its
@@ -96,7 +96,6 @@ def refine_sticks(
     Returns
     -------
     sticks, soft : with `soft` if the force does not jump at the break-away.
-    common : standard error in s by which all break-aways may be early or late together, beside their own.
     """
     reach = max(own_period(model.oscillator) / 4, (MARGIN + LATEST) * model.step)
     stretches: list[_OneStick] = []
@@ -110,11 +109,11 @@ def refine_sticks(
     # friction changes fastest just before a capture: of two equally likely cut-offs the stiffer would push it late
     before = replace(model, cutoff=CUTOFF_RATIO * _likeliest(model, stretches, "before"))
 
-    def outcome(joint: Joint, falls: bool) -> tuple[float, list[Stick], float]:
-        """Deviance, sticks and the common error of their ends under the likeliest prior of this kind."""
-        after, common, total = replace(model, cutoff=_likeliest(model, stretches, joint)), 0.0, 0.0
+    def outcome(joint: Joint, falls: bool) -> tuple[float, list[Stick]]:
+        """Deviance and sticks under the likeliest prior of this kind."""
+        after, total = replace(model, cutoff=_likeliest(model, stretches, joint)), 0.0
         if falls:
-            after, common, total = _falling(after, stretches)
+            after, total = _falling(after, stretches)
         refined = []
         for one in stretches:
             try:
@@ -124,7 +123,7 @@ def refine_sticks(
             total += deviance if one.whole else 0.0
             if found is not None:
                 refined.append(found)
-        return total, refined, common
+        return total, refined
 
     if soft is None:
         best, other = outcome("hard", False), outcome("soft", False)
@@ -135,7 +134,7 @@ def refine_sticks(
         best = other if soft else best
     else:
         best = outcome("soft" if soft else "hard", not soft)
-    return _with_usual_errors(best[1]), soft, best[2]
+    return _with_usual_errors(best[1]), soft
 
 
 def _with_usual_errors(sticks: list[Stick]) -> list[Stick]:
@@ -188,22 +187,18 @@ def _some(stretches: list[_OneStick]) -> list[_OneStick]:
     return [free[i] for i in np.unique(np.linspace(0, len(free) - 1, ENOUGH_STICKS).astype(int))] if free else []
 
 
-def _falling(model: SlipModel, stretches: list[_OneStick]) -> tuple[SlipModel, float, float]:
+def _falling(model: SlipModel, stretches: list[_OneStick]) -> tuple[SlipModel, float]:
     """The likeliest prior of the slips after a break-away where the force jumps, from one under which friction does not fall.
 
-    Cut-off, slope and its decay are one for all slips, so what is not known of them shifts all releases of the record
-    together, however many there are.
+    Cut-off, slope and its decay are one for all slips.
 
     Returns
     -------
-    the model with that prior, the standard error in s of the mean release that comes from it, and its cost in deviance.
-    Friction falls where that is likelier, its cost counted. The error is that of the three numbers (Laplace's
-    approximation), and what the fall moves the releases by, as friction need not fall in just this form; where friction is
-    taken not to fall, it is that times the root of the probability that it does.
+    the model with that prior, and its cost in deviance. Friction falls where that is likelier, its cost counted.
     """
     some = _some(stretches)
     if not some:
-        return model, 0.0, 0.0
+        return model, 0.0
     o = model.oscillator
     rate, unit = math.sqrt(o.stiffness / o.mass), math.sqrt(o.stiffness * o.mass)
     usual = np.array([math.log(model.cutoff), 0.0, math.log(USUAL_DECAY * rate)])
@@ -212,14 +207,10 @@ def _falling(model: SlipModel, stretches: list[_OneStick]) -> tuple[SlipModel, f
         cutoff, slope, decay = numbers.tolist()
         return replace(model, cutoff=math.exp(cutoff), slope=slope * unit, decay=math.exp(decay))
 
-    def seen(numbers: Array) -> tuple[float, float]:
-        """Deviance with the prior of the numbers, and mean position of the releases."""
-        off = (numbers - usual) / PRIOR
-        deviances, positions = zip(*[one.near_last(at(numbers)) for one in some], strict=True)
-        return math.fsum(deviances) + float(off @ off), math.fsum(positions) / len(some)
-
     def deviance(numbers: Array) -> float:
-        return seen(numbers)[0]
+        """Deviance with the prior of the numbers."""
+        off = (numbers - usual) / PRIOR
+        return math.fsum(one.near_last(at(numbers)) for one in some) + float(off @ off)
 
     try:
         deviance(usual)  # the positions near which releases are looked for
@@ -230,46 +221,38 @@ def _falling(model: SlipModel, stretches: list[_OneStick]) -> tuple[SlipModel, f
             options={"maxiter": 12},
         )
         start = usual + np.array([float(flat.x), 0.0, 0.0])
-        level, position = seen(start)
+        level = deviance(start)
         start = min((start, usual + STEEP), key=deviance)
         simplex = start + np.vstack([np.zeros(3), np.diag(STEPS)])
         options: Any = {"initial_simplex": simplex, "maxfev": EFFORT, "fatol": 0.3, "xatol": 0.05}
         found = minimize(deviance, start, method="Nelder-Mead", options=options)
-        error, cost = _laplace(seen, found.x)
-        gain, moved = np.subtract((level, position), seen(found.x)).tolist()
+        least = deviance(found.x)
+        cost = _laplace(deviance, found.x, least)
     except LinAlgError:
-        return model, 0.0, 0.0
-    error = math.hypot(error, moved)
-    if gain > cost:
-        return at(found.x), error, cost
-    likely = 1 / (1 + math.exp(min(0.5 * (cost - gain), 100.0)))
-    return model, math.sqrt(likely) * error, 0.0
+        return model, 0.0
+    return (at(found.x), cost) if level - least > cost else (model, 0.0)
 
 
-def _laplace(seen: Callable[[Array], tuple[float, float]], best: Array) -> tuple[float, float]:
-    """Standard error of the mean position by the numbers of the prior, and the cost in deviance of choosing all but one.
+def _laplace(deviance: Callable[[Array], float], best: Array, least: float) -> float:
+    """The cost in deviance of choosing all numbers of the prior but the cut-off, at their best.
 
     Source: Tierney & Kadane, J. Am. Stat. Assoc. 81 (1986) 82, to first order.
     """
-    least, middle = seen(best)
     each, steps = np.diag(PRIOR), np.full(len(best), 0.1)
     for _ in range(2):  # the second time with steps that raise the deviance by about one
         used = steps
-        ups = np.array([seen(best + step * axis) for step, axis in zip(used, each, strict=True)])
-        downs = np.array([seen(best - step * axis) for step, axis in zip(used, each, strict=True)])
-        rises = np.maximum((ups + downs)[:, 0] / 2 - least, 0.01)
+        ups = np.array([deviance(best + step * axis) for step, axis in zip(used, each, strict=True)])
+        downs = np.array([deviance(best - step * axis) for step, axis in zip(used, each, strict=True)])
+        rises = np.maximum((ups + downs) / 2 - least, 0.01)
         steps = np.clip(used / np.sqrt(rises), 0.003, 0.7)
-    # a release that jumps from one sample to the next tells nothing of small steps: the smaller of both sides
-    slopes = np.minimum(np.abs(ups[:, 1] - middle), np.abs(downs[:, 1] - middle)) / used * np.sign((ups - downs)[:, 1])
     curvature = np.diag(2 * rises / used**2)
     for i in range(len(best)):
         for j in range(i):
-            both, _ = seen(best + used[i] * each[i] + used[j] * each[j])
-            curvature[i, j] = curvature[j, i] = (both - ups[i, 0] - ups[j, 0] + least) / (used[i] * used[j])
+            both = deviance(best + used[i] * each[i] + used[j] * each[j])
+            curvature[i, j] = curvature[j, i] = (both - ups[i] - ups[j] + least) / (used[i] * used[j])
     own = math.log(max(curvature[0, 0], 2.0) / 2)  # of the cut-off, which is chosen in any case
-    values, vectors = np.linalg.eigh(curvature)
-    values = np.maximum(values, 2.0)  # no less is known than beforehand
-    return math.sqrt(float(np.sum((vectors.T @ slopes) ** 2 * 2 / values))), float(np.sum(np.log(values / 2))) - own
+    values = np.maximum(np.linalg.eigvalsh(curvature), 2.0)  # no less is known than beforehand
+    return float(np.sum(np.log(values / 2))) - own
 
 
 class _OneStick:
@@ -315,8 +298,8 @@ class _OneStick:
         """Deviance with one limit there, the level of the stick held."""
         return (self.rest(*sorted((at, self.middle))) + self.beside(joint, at, model)).constant
 
-    def near_last(self, model: SlipModel) -> tuple[float, float]:
-        """Least deviance over the positions of a release, near the first that was found so, and where it is."""
+    def near_last(self, model: SlipModel) -> float:
+        """Least deviance over the positions of a release, near the first that was found so."""
 
         def value(at: float) -> float:
             return self.value("hard", model, at)
@@ -334,7 +317,7 @@ class _OneStick:
         for _ in range(ROUNDS):
             corner = left + right - 2 * here
             if not corner > 0:
-                return here, at
+                return here
             shift = float(np.clip(0.5 * (left - right) / corner, -1, 1))
             lowest_value, position = here - 0.5 * shift**2 * corner, at + shift * step
             if corner < 2:
@@ -342,7 +325,7 @@ class _OneStick:
             # the valley is narrower than the points are apart, and steeper on one side
             step, at = max(step * math.sqrt(2 / corner), 0.1 * step), position
             left, here, right = (value(at + side) for side in (-step, 0.0, step))
-        return lowest_value, position
+        return lowest_value
 
     def least(self, joint: Joint, cutoff: float) -> float:
         """Least deviance over the positions of one limit, the level of the stick held."""
