@@ -11,7 +11,7 @@ mod slip;
 mod stick;
 
 pub use stickslip_lanes::Width;
-use stickslip_lanes::{Lane, Mask, Task, run};
+use stickslip_lanes::{Lane, Mask, Single, Task, run};
 
 use crate::mode::Kind;
 use crate::model::Running;
@@ -73,6 +73,18 @@ pub struct Tally {
 #[must_use]
 pub fn fits(oscillator: &Oscillator) -> bool {
     Constants::of(oscillator).is_some()
+}
+
+/// Where in a cell of width `d` the quintic through the values, slopes and curvatures at its ends is zero, as a share of it:
+/// positive at its left end, negative at its right.
+#[inline]
+pub(crate) fn root_of_quintic(left: [f64; 3], right: [f64; 3], d: f64) -> f64 {
+    slip::root_of_quintic(
+        left.map(Single::splat),
+        right.map(Single::splat),
+        Single::splat(d),
+    )
+    .get(0)
 }
 
 /// Whoever is told of the events, each with the number of its motion.

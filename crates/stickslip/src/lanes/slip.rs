@@ -84,7 +84,7 @@ fn expanded<L: Lane>(d: &[L; DEGREE + 1], tau: L) -> [L; 3] {
 /// Where in a cell of width `d` the quintic through both samples is zero, as a share of it: positive at its left end, negative
 /// at its right.
 #[inline(always)]
-fn root_of_quintic<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d: L) -> L {
+pub(super) fn root_of_quintic<L: Lane>(left: [L; 3], right: [L; 3], d: L) -> L {
     let n = L::splat;
     let square = d * d;
     let (p0, p1, p2) = (left[0], d * left[1], n(0.5) * square * left[2]);
@@ -205,7 +205,7 @@ pub(super) fn arrival<L: Lane>(
         lasts: lasts | (active & level.at_most(zero)),
     };
     let d = step.h;
-    let mut at = gone + root_of_quintic(left, right, d) * d;
+    let mut at = gone + root_of_quintic(left.0, right.0, d) * d;
     let (mut low, mut high) = (gone, gone + d);
     let mut open = crossed;
     for _ in 0..ROUNDS {
