@@ -23,6 +23,8 @@ pub(super) struct Arrival<L: Lane> {
     pub(super) end: End<L>,
     /// Lanes whose slip lasts to the horizon, or for more cells than are gone in lanes.
     pub(super) lasts: L::Mask,
+    /// Exact evaluations.
+    pub(super) evaluations: u64,
 }
 
 /// A time within a period and a step from there: the periods that pass, and the time in the last.
@@ -203,6 +205,7 @@ pub(super) fn arrival<L: Lane>(
     let mut arrival = Arrival {
         end: End::unknown(),
         lasts: lasts | (active & level.at_most(zero)),
+        evaluations: 0,
     };
     let d = step.h;
     let mut at = gone + root_of_quintic(left.0, right.0, d) * d;
@@ -212,6 +215,7 @@ pub(super) fn arrival<L: Lane>(
         if !open.any() {
             break;
         }
+        arrival.evaluations += 1;
         let decay = exp(-(c.gamma * at));
         let (sin, cos) = sin_cos(c.omega * at);
         let (periods, t) = wrapped(c, state.t, at);

@@ -18,6 +18,8 @@ const ROUNDS: usize = 12;
 pub(super) struct Release<L: Lane> {
     pub(super) end: End<L>,
     pub(super) direction: L,
+    /// Evaluations of the force.
+    pub(super) evaluations: u64,
 }
 
 #[inline(always)]
@@ -95,11 +97,13 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
     let mut release = Release {
         end: End::unknown(),
         direction: sense,
+        evaluations: 0,
     };
     for _ in 0..ROUNDS {
         if !open.any() {
             break;
         }
+        release.evaluations += 1;
         let step = (at - start) * c.per_frequency;
         let (periods, t) = wrapped(c, state.t, step);
         let (sin, cos) = sin_cos(c.frequency * t);
