@@ -403,7 +403,7 @@ impl Alone {
     }
 
     /// The event that ends the mode that begins at a position, velocity and hybrid state, which are those after it then. None
-    /// where the mode lasts to the horizon or its end is not certified; they stay.
+    /// where the mode lasts to the horizon or its end is not certified; they stay, but for rounding of the time.
     pub(crate) fn event(
         &mut self,
         at: &mut (f64, f64, HybridState),
@@ -424,9 +424,10 @@ impl Alone {
         };
         *evaluations += passed.evaluations;
         self.there = passed.go.any();
+        // Also where it stays: its clock is that of the lanes from here on, as in a sweep.
+        let state = self.state.take(0);
+        *at = self.constants.hybrid(&state);
         self.there.then(|| {
-            let state = self.state.take(0);
-            *at = self.constants.hybrid(&state);
             let event = passed.event.map(|number| number.get(0));
             self.constants.event(at.2.clock, at.0, state.stuck == 1.0, event)
         })

@@ -424,11 +424,10 @@ impl<'a, const H: usize> Loop<'a, H> {
             return false;
         };
         let event = alone.event(&mut at, horizon, &mut self.work.evaluations);
-        if let Some(event) = event {
-            (self.x, self.v, self.clock, *mode) = (at.0, at.1, at.2.clock, at.2.mode);
-            record.event(event);
-        } else {
-            self.forces = self.frame.forces(self.clock);
+        (self.x, self.v, self.clock, *mode) = (at.0, at.1, at.2.clock, at.2.mode);
+        match event {
+            Some(event) => record.event(event),
+            None => self.forces = self.frame.forces(self.clock),
         }
         event.is_some()
     }

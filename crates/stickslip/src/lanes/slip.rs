@@ -257,10 +257,12 @@ pub(super) fn arrival<L: Lane>(
             & slope.below(zero)
             & (n(2.0) * curvature * rounding).below(slope * slope);
         let take = open & near & sure;
-        let travel = by
-            * (g[0]
-                + by * n(0.5)
-                    * (g[1] + by * n(1.0 / 3.0) * (g[2] + by * n(0.25) * (g[3] + by * n(0.2) * g[4]))));
+        // The integral of the polynomial.
+        let mut travel = g[DEGREE] * n(1.0 / (DEGREE + 1) as f64);
+        for k in (0..DEGREE).rev() {
+            travel = (g[k] + by * travel) * n(1.0 / (k + 1) as f64);
+        }
+        let travel = by * travel;
         let x = y * cos + (z + c.gamma * y) * sin + centre + (c.within * wave_cos + c.behind * wave_sin);
         arrival.end.lasted = L::choose(take, at + by, arrival.end.lasted);
         arrival.end.x = L::choose(take, x + c.drive * by - sign * travel, arrival.end.x);
