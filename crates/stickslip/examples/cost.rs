@@ -146,11 +146,12 @@ fn main() {
     if only.is_empty() || only == "P4" {
         sweep(rounds.div_ceil(50));
     }
-    if only.is_empty() || only == "batch" {
-        batch(rounds.div_ceil(50));
-    }
-    if only.is_empty() || only == "map" {
-        map(rounds.div_ceil(50));
+    for (name, run) in [("batch", batch as fn(u32)), ("map", map)] {
+        if only.is_empty() {
+            run(rounds.div_ceil(50));
+        } else if only == name {
+            run(rounds);
+        }
     }
     if only.is_empty() || only == "S5" {
         let falling = Rational {

@@ -419,6 +419,10 @@ impl<'a, const H: usize> Loop<'a, H> {
     /// Go to the end of the mode in a lane, if it goes in one.
     #[inline]
     fn alone(&mut self, mode: &mut Mode, horizon: f64, record: &mut impl Record) -> bool {
+        // Before the mode is copied, which is large.
+        if H != 1 || self.alone.is_none() {
+            return false;
+        }
         let mut at = (self.x, self.v, self.hybrid(*mode));
         let Some(alone) = &mut self.alone else {
             return false;
