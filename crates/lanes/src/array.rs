@@ -6,11 +6,11 @@ use crate::{Lane, Mask};
 
 /// A number in each of N lanes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Array<const N: usize>([f64; N]);
+pub struct Array<const N: usize>([f64; N]);
 
 /// A yes or no in each of N lanes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Flags<const N: usize>([bool; N]);
+pub struct Flags<const N: usize>([bool; N]);
 
 impl<const N: usize> Array<N> {
     #[inline(always)]

@@ -21,7 +21,7 @@ mod x86;
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-use array::Array;
+pub use array::Array;
 
 /// A number in every lane.
 pub trait Lane:
@@ -70,6 +70,9 @@ pub trait Lane:
         Self::choose(other.below(self), self, other)
     }
 }
+
+/// One number, on any processor.
+pub type Single = Array<1>;
 
 /// A yes or no in every lane.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
@@ -151,6 +154,6 @@ pub fn run<T: Task>(task: T, width: Width) -> T::Output {
         // SAFETY: as above.
         Width::Avx512 => unsafe { x86::in_sixteen(task) },
         Width::Two => task.run::<Array<2>>(),
-        _ => task.run::<Array<1>>(),
+        _ => task.run::<Single>(),
     }
 }

@@ -6,15 +6,21 @@ use std::hint::black_box;
 use std::sync::LazyLock;
 use std::time::Instant;
 
+use serde_json::json;
+use stickslip::batch::Batch;
 use stickslip::engine::{Closed, Engine, Steps};
 use stickslip::event_sequence;
 use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{Runner, Width, forward};
 use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, Rational, StaticKinetic};
+use stickslip::mode::Kind;
+use stickslip::model::Start;
 use stickslip::network;
 use stickslip::observer::Observer;
 use stickslip::oscillator::Oscillator;
+use stickslip::rows::Rows;
 use stickslip::simulate::{Run, simulate};
+use stickslip::sweep::{Look, Sweep};
 use stickslip::system::{Contact, System};
 use stickslip::variation::{self, Varied};
 
@@ -139,6 +145,13 @@ fn main() {
     }
     if only.is_empty() || only == "P4" {
         sweep(rounds.div_ceil(50));
+    }
+    for (name, run) in [("batch", batch as fn(u32)), ("map", map)] {
+        if only.is_empty() {
+            run(rounds.div_ceil(50));
+        } else if only == name {
+            run(rounds);
+        }
     }
     if only.is_empty() || only == "S5" {
         let falling = Rational {
@@ -297,4 +310,61 @@ fn sweep(rounds: u32) {
         });
         println!("{:18}{time:10.1}{events:10}{handed:14}", format!("P4 {width:?}"));
     }
+}
+
+/// P3 as a document, with a row for each pair of an amplitude and a frequency.
+fn rows(values: Vec<f64>) -> Rows {
+    let document = json!({
+        "mass": 1.0, "stiffness": 1.0, "damping": 0.05, "drive_velocity": 0.3,
+        "law": {"type": "StaticKinetic", "break_away": 1.0, "kinetic": 0.5},
+        "forcing": [{"amplitude": 0.5, "frequency": 0.7, "phase": 0.0}],
+    });
+    Rows {
+        document,
+        names: vec!["forcing.0.amplitude".into(), "forcing.0.frequency".into()],
+        values,
+    }
+}
+
+/// P3 over a thousand frequencies, 1000 time units of each, from their documents, with the last release of each.
+fn batch(rounds: u32) {
+    let values = (0..1000).flat_map(|i| [0.5, 0.2 + 1.8 * f64::from(i) / 999.0]);
+    let batch = Batch {
+        rows: rows(values.collect()),
+        t_end: 1000.0,
+        max_events: 10_000_000,
+        after: 0.0,
+        section: Some(Kind::Release),
+        keep: 1,
+    };
+    let (time, events, _) = best(rounds, || {
+        let rows = batch.rows(0..1000, &|| true).expect("good rows");
+        (rows.iter().flat_map(|row| row.counts).sum(), 0)
+    });
+    println!("{:18}{time:10.1}{events:10}", "batch");
+}
+
+/// A regime map: 300 periods of each point are left out, 32 looked at.
+fn map(rounds: u32) {
+    let share = |i: i32| f64::from(i) / 15.0;
+    let points = (0..256).flat_map(|i| [0.02 + 1.58 * share(i / 16), 0.3 + 2.0 * share(i % 16)]);
+    let sweep = Sweep {
+        rows: rows(points.collect()),
+        look: Look {
+            transient: 300.0,
+            window: 32.0,
+            tolerance: 1e-6,
+            surface: None,
+            decide: 0,
+            early: 0.0,
+            points: 0,
+            max_events: 10_000_000,
+            contact: 0,
+        },
+    };
+    let (time, events, _) = best(rounds, || {
+        let rows = sweep.rows(0..256, &Start::default(), &mut || true);
+        (rows.expect("good rows").iter().map(|row| row.events).sum(), 0)
+    });
+    println!("{:18}{time:10.1}{events:10}", "map");
 }

@@ -1,6 +1,7 @@
 //! Engines: a motion that is followed further and further, and shown to an observer.
 
 mod closed;
+mod crossings;
 mod samples;
 pub(crate) mod steps;
 

@@ -11,9 +11,11 @@ mod slip;
 mod stick;
 
 pub use stickslip_lanes::Width;
-use stickslip_lanes::{Lane, Mask, Task, run};
+use stickslip_lanes::{Lane, Mask, Single, Task, run};
 
-use crate::mode::Kind;
+use crate::clock::Clock;
+use crate::law::Memory;
+use crate::mode::Mode;
 use crate::model::Running;
 use crate::orbit::{Event, Record, Segment};
 use crate::oscillator::Oscillator;
@@ -73,6 +75,18 @@ pub struct Tally {
 #[must_use]
 pub fn fits(oscillator: &Oscillator) -> bool {
     Constants::of(oscillator).is_some()
+}
+
+/// Where in a cell of width `d` the quintic through the values, slopes and curvatures at its ends is zero, as a share of it:
+/// positive at its left end, negative at its right.
+#[inline]
+pub(crate) fn root_of_quintic(left: [f64; 3], right: [f64; 3], d: f64) -> f64 {
+    slip::root_of_quintic(
+        left.map(Single::splat),
+        right.map(Single::splat),
+        Single::splat(d),
+    )
+    .get(0)
 }
 
 /// Whoever is told of the events, each with the number of its motion.
@@ -224,8 +238,7 @@ impl Task for Going<'_, '_, '_> {
 
     #[inline(always)]
     fn run<L: Lane>(mut self) -> Tally {
-        let n = L::splat;
-        let (zero, one) = (n(0.0), n(1.0));
+        let (zero, one) = (L::splat(0.0), L::splat(1.0));
         let Some((index, constants, first)) = self.enter() else {
             return self.tally;
         };
@@ -272,49 +285,152 @@ impl Task for Going<'_, '_, '_> {
             }
             let stuck = zero.below(state.stuck) & alive;
             if stuck.any() {
-                let release = stick::release(&c, &state, stuck);
-                let up = stuck & release.end.found & left.at_most(release.end.lasted);
-                let go = release.end.found & !up;
-                done = done | up;
-                self.settle(&mut state, &mut done, &riders, stuck & !release.end.found);
-                state.go_to(go, &release.end, c.drive);
-                state.direction = L::choose(go, release.direction, state.direction);
-                let at_reversal = L::choose(c.static_limit.at_most(c.offset), one, zero);
-                state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
-                state.stuck = L::choose(go, zero, state.stuck);
-                state.events = L::choose(go, state.events + one, state.events);
-                if self.on_event.is_some() {
-                    let rate = release.direction * (c.rise + c.force * c.frequency * state.sin);
-                    let force = release.direction * c.static_limit;
-                    self.tell(&riders, &state, go, force, (release.end.lasted, rate));
-                }
+                let passed = break_away(&c, &mut state, left, stuck);
+                done = done | passed.up;
+                self.settle(&mut state, &mut done, &riders, passed.open);
+                self.tell(&riders, &state, &passed);
             }
             // What has just come loose slips on in the same round.
             let left =
                 (state.end_periods - state.periods) * (c.period + c.period_low) + (state.end_t - state.t);
             let slips = !zero.below(state.stuck) & alive & !done & (state.events + one).below(state.most);
             if slips.any() {
-                let arrival = slip::arrival(&c, &steps, &state, left, slips);
-                let up = slips & (arrival.lasts | (arrival.end.found & left.at_most(arrival.end.lasted)));
-                let go = arrival.end.found & !up;
-                done = done | up;
-                self.settle(&mut state, &mut done, &riders, slips & !arrival.end.found & !up);
-                let holding = c.stiffness * arrival.end.x + c.damper * c.drive - c.force * arrival.end.cos;
-                let pull = (state.direction * holding).min(c.offset);
-                let sticks = pull.abs().at_most(c.static_limit);
-                state.go_to(go, &arrival.end, c.drive);
-                let force = state.direction * c.offset;
-                let backwards = L::choose(pull.below(zero), -state.direction, state.direction);
-                state.direction = L::choose(go & !sticks, backwards, state.direction);
-                let at_reversal = L::choose(pull.abs().at_most(c.offset), one, zero);
-                state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
-                state.stuck = L::choose(go & sticks, one, state.stuck);
-                state.events = L::choose(go, state.events + one, state.events);
-                if self.on_event.is_some() {
-                    self.tell(&riders, &state, go, force, (n(f64::NAN), n(f64::NAN)));
-                }
+                let passed = arrive(&c, &steps, &mut state, left, slips);
+                done = done | passed.up;
+                self.settle(&mut state, &mut done, &riders, passed.open);
+                self.tell(&riders, &state, &passed);
             }
         }
+    }
+}
+
+/// What became of the modes of some lanes.
+struct Passed<L: Lane> {
+    /// Lanes that are at the next mode.
+    go: L::Mask,
+    /// Lanes whose mode lasts to the horizon.
+    up: L::Mask,
+    /// Lanes whose mode ends as the engine of single motions will find.
+    open: L::Mask,
+    /// Friction at the event, the stick time and the force rate, of which there are some at a release only.
+    event: [L; 3],
+    /// Exact evaluations.
+    evaluations: u64,
+}
+
+/// Adhesion in some lanes, until it breaks or to a horizon.
+#[inline(always)]
+fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L::Mask) -> Passed<L> {
+    let (zero, one) = (L::splat(0.0), L::splat(1.0));
+    let release = stick::release(c, state, stuck);
+    let up = stuck & release.end.found & horizon.at_most(release.end.lasted);
+    let go = release.end.found & !up;
+    state.go_to(go, &release.end, c.drive);
+    state.direction = L::choose(go, release.direction, state.direction);
+    let at_reversal = L::choose(c.static_limit.at_most(c.offset), one, zero);
+    state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
+    state.stuck = L::choose(go, zero, state.stuck);
+    state.events = L::choose(go, state.events + one, state.events);
+    let rate = release.direction * (c.rise + c.force * c.frequency * state.sin);
+    Passed {
+        go,
+        up,
+        open: stuck & !release.end.found,
+        event: [release.direction * c.static_limit, release.end.lasted, rate],
+        evaluations: release.evaluations,
+    }
+}
+
+/// Slip in some lanes, until it ends or to a horizon.
+#[inline(always)]
+fn arrive<L: Lane>(
+    c: &Column<L>,
+    steps: &[Step<L>; HALVINGS + 1],
+    state: &mut State<L>,
+    horizon: L,
+    slips: L::Mask,
+) -> Passed<L> {
+    let (zero, one, none) = (L::splat(0.0), L::splat(1.0), L::splat(f64::NAN));
+    let arrival = slip::arrival(c, steps, state, horizon, slips);
+    let up = slips & (arrival.lasts | (arrival.end.found & horizon.at_most(arrival.end.lasted)));
+    let go = arrival.end.found & !up;
+    let holding = c.stiffness * arrival.end.x + c.damper * c.drive - c.force * arrival.end.cos;
+    let pull = (state.direction * holding).min(c.offset);
+    let sticks = pull.abs().at_most(c.static_limit);
+    state.go_to(go, &arrival.end, c.drive);
+    let force = state.direction * c.offset;
+    let backwards = L::choose(pull.below(zero), -state.direction, state.direction);
+    state.direction = L::choose(go & !sticks, backwards, state.direction);
+    let at_reversal = L::choose(pull.abs().at_most(c.offset), one, zero);
+    state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
+    state.stuck = L::choose(go & sticks, one, state.stuck);
+    state.events = L::choose(go, state.events + one, state.events);
+    Passed {
+        go,
+        up,
+        open: slips & !arrival.end.found & !up,
+        event: [force, none, none],
+        evaluations: arrival.evaluations,
+    }
+}
+
+/// One motion by the arithmetic of the lanes: it has the same bits as in a sweep.
+pub(crate) struct Alone {
+    constants: Constants,
+    column: Column<Single>,
+    steps: [Step<Single>; HALVINGS + 1],
+    state: State<Single>,
+    /// Whether the state is where the motion is.
+    there: bool,
+}
+
+impl Alone {
+    /// Of a forced oscillator that goes in lanes; without a force the engine of single motions is faster.
+    pub(crate) fn of(oscillator: &Oscillator) -> Option<Box<Self>> {
+        let constants = Constants::of(oscillator).filter(|constants| constants.column.force > 0.0)?;
+        let start = HybridState {
+            clock: Clock::default(),
+            mode: Mode::Stick,
+            memory: Memory::default(),
+        };
+        Some(Box::new(Self {
+            column: Column::splat(&constants.column),
+            steps: constants.steps.each_ref().map(Step::splat),
+            state: State::splat(&constants.state((0.0, 0.0), &start, 0.0, 0)),
+            there: false,
+            constants,
+        }))
+    }
+
+    /// The event that ends the mode that begins at a position, velocity and hybrid state, which are those after it then. None
+    /// where the mode lasts to the horizon or its end is not certified; they stay, but for rounding of the time.
+    pub(crate) fn event(
+        &mut self,
+        at: &mut (f64, f64, HybridState),
+        horizon: f64,
+        evaluations: &mut u64,
+    ) -> Option<Event> {
+        if !self.there {
+            let state = self.constants.state((at.0, at.1), &at.2, 0.0, 0);
+            self.state = State::splat(&state);
+        }
+        let (state, horizon) = (&mut self.state, Single::splat(horizon));
+        let (mut all, zero) = (<Single as Lane>::Mask::none(), Single::splat(0.0));
+        all.put(0, true);
+        let passed = if zero.below(state.stuck).any() {
+            break_away(&self.column, state, horizon, all)
+        } else {
+            arrive(&self.column, &self.steps, state, horizon, all)
+        };
+        *evaluations += passed.evaluations;
+        self.there = passed.go.any();
+        // Also where it stays: its clock is that of the lanes from here on, as in a sweep.
+        let state = self.state.take(0);
+        *at = self.constants.hybrid(&state);
+        self.there.then(|| {
+            let event = passed.event.map(|number| number.get(0));
+            self.constants.event(at.2.clock, at.0, state.stuck == 1.0, event)
+        })
     }
 }
 
@@ -335,42 +451,22 @@ impl Going<'_, '_, '_> {
             }
         }
     }
-    /// Tell of the events of lanes, at the states after them; only a release has a stick time.
+
+    /// Tell of the events of lanes, at the states after them.
     #[inline(always)]
-    fn tell<L: Lane>(
-        &mut self,
-        riders: &[Rider],
-        state: &State<L>,
-        lanes: L::Mask,
-        force: L,
-        (stick_time, force_rate): (L, L),
-    ) {
+    fn tell<L: Lane>(&mut self, riders: &[Rider], state: &State<L>, passed: &Passed<L>) {
         let Some(on_event) = &mut self.on_event else {
             return;
         };
-        for i in (0..L::WIDTH).filter(|&i| lanes.at(i)) {
+        for i in (0..L::WIDTH).filter(|&i| passed.go.at(i)) {
             let Some((index, constants)) = &riders[i] else {
                 continue;
             };
-            let stick_time = stick_time.get(i);
-            let kind = if !stick_time.is_nan() {
-                Kind::Release
-            } else if state.stuck.get(i) == 1.0 {
-                Kind::Capture
-            } else {
-                Kind::Crossing
-            };
-            let event = Event {
-                t: constants.clock(state.periods.get(i), state.t.get(i)).high,
-                kind,
-                contact: 0,
-                x: state.x.get(i),
-                v: constants.column.drive,
-                force: force.get(i),
-                stick_time,
-                force_rate: force_rate.get(i),
-            };
-            on_event(*index, &event);
+            let clock = constants.clock(state.periods.get(i), state.t.get(i));
+            let [force, stick_time, force_rate] = passed.event;
+            let event = [force.get(i), stick_time.get(i), force_rate.get(i)];
+            let sticks = state.stuck.get(i) == 1.0;
+            on_event(*index, &constants.event(clock, state.x.get(i), sticks, event));
         }
     }
 }

@@ -4,6 +4,7 @@ use crate::clock::Clock;
 use crate::error::{Error, finite, positive};
 use crate::event::{Arrival, Start, Work, end_of_hold, end_of_slip, end_of_stick};
 use crate::flow::exact::{Frame, Response, Slip, Stick};
+use crate::lanes::Alone;
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::network;
@@ -259,7 +260,9 @@ pub(crate) fn observe_forced<const H: usize>(
             reason: "a smooth law has no closed form: simulate it as a system of one mass".into(),
         });
     }
-    Loop::<H>::new(oscillator, run, Clock::default()).go(run, record)
+    Loop::<H>::new(oscillator, run, Clock::default())
+        .in_a_lane(oscillator)
+        .go(run, record)
 }
 
 /// Go on from a hybrid state, with x and v of the run, until `run.t_end`, a time on the clock of the hybrid, and tell `record`.
@@ -282,7 +285,7 @@ pub(crate) fn resume_forced<const H: usize>(
     hybrid: HybridState,
     record: &mut impl Record,
 ) -> Result<(Stop, Work), Error> {
-    let mut state = Loop::<H>::new(oscillator, run, hybrid.clock);
+    let mut state = Loop::<H>::new(oscillator, run, hybrid.clock).in_a_lane(oscillator);
     state.memory = hybrid.memory;
     state.go_from(hybrid.mode, run, record)
 }
@@ -364,6 +367,8 @@ const KEPT: usize = 4;
 
 struct Loop<'a, const H: usize> {
     law: &'a Law,
+    /// The motion in a lane, where that is faster.
+    alone: Option<Box<Alone>>,
     /// The static limit backward and forward, if that never changes.
     static_limit: Option<[f64; 2]>,
     frame: Frame<H>,
@@ -389,6 +394,7 @@ impl<'a, const H: usize> Loop<'a, H> {
         };
         Self {
             law,
+            alone: None,
             static_limit: steady.then(|| [-1.0, 1.0].map(|direction| law.toward(direction).break_away(hold))),
             responses: [frame.response(f64::NAN); KEPT],
             clock,
@@ -400,6 +406,34 @@ impl<'a, const H: usize> Loop<'a, H> {
             work: Work::default(),
             stopped: None,
         }
+    }
+
+    /// The same in a lane, as far as it goes in one.
+    fn in_a_lane(mut self, oscillator: &Oscillator) -> Self {
+        if H == 1 {
+            self.alone = Alone::of(oscillator);
+        }
+        self
+    }
+
+    /// Go to the end of the mode in a lane, if it goes in one.
+    #[inline]
+    fn alone(&mut self, mode: &mut Mode, horizon: f64, record: &mut impl Record) -> bool {
+        // Before the mode is copied, which is large.
+        if H != 1 || self.alone.is_none() {
+            return false;
+        }
+        let mut at = (self.x, self.v, self.hybrid(*mode));
+        let Some(alone) = &mut self.alone else {
+            return false;
+        };
+        let event = alone.event(&mut at, horizon, &mut self.work.evaluations);
+        (self.x, self.v, self.clock, *mode) = (at.0, at.1, at.2.clock, at.2.mode);
+        match event {
+            Some(event) => record.event(event),
+            None => self.forces = self.frame.forces(self.clock),
+        }
+        event.is_some()
     }
 
     fn go(mut self, run: Run, record: &mut impl Record) -> Result<(Stop, Work), Error> {
@@ -444,7 +478,11 @@ impl<'a, const H: usize> Loop<'a, H> {
                 }
             }
             let horizon = self.clock.until(run.t_end);
-            let passed = self.end_of(&mut mode, horizon, record)?;
+            let passed = if self.alone(&mut mode, horizon, record) {
+                Passed::Event
+            } else {
+                self.end_of(&mut mode, horizon, record)?
+            };
             if let Passed::Stop(stop) = passed {
                 return Ok((stop, self.work));
             }

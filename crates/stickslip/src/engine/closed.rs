@@ -1,17 +1,17 @@
 //! The motion of one mass in closed form, segment by segment.
 
+use super::crossings::{Crossings, Stride, Told};
 use super::{Engine, Reached};
 use crate::clock::Clock;
-use crate::elementary::hypot;
 use crate::error::Error;
-use crate::flow::exact::{Frame, Signal, Slip};
+use crate::flow::exact::{Frame, Response, Slip};
 use crate::lanes::Runner;
 use crate::law::Piece;
 use crate::observer::{Course, Observer};
 use crate::orbit::{Event, Orbit, Record, Segment};
 use crate::oscillator::{Oscillator, with_harmonics};
 use crate::restart::{HybridState, Restart};
-use crate::section::{Cut, Guard, Point};
+use crate::section::{Cut, Point};
 use crate::simulate::{Run, Stop, observe_forced, resume_forced};
 use crate::watch::Watched;
 
@@ -83,6 +83,7 @@ impl<'a> Closed<'a> {
             frame: Frame::<H>::of(self.oscillator),
             after,
             open: None,
+            kept: None,
             hybrid: None,
             observer,
         };
@@ -141,6 +142,7 @@ impl<'a> Replay<'a> {
             frame: Frame::<H>::of(&self.orbit.oscillator),
             after,
             open: None,
+            kept: None,
             hybrid: None,
             observer,
         };
@@ -185,6 +187,7 @@ struct Follower<'a, const H: usize, O> {
     frame: Frame<H>,
     after: f64,
     open: Option<Segment>,
+    kept: Option<(Response<H>, Stride<H>)>,
     hybrid: Option<HybridState>,
     observer: &'a mut O,
 }
@@ -236,7 +239,7 @@ impl<const H: usize, O: Observer> Follower<'_, H, O> {
     fn close(&mut self, segment: &Segment, until: f64, last: bool) {
         let from = segment.clock.until(self.after).max(0.0);
         if O::PASSES && (from < until || last) {
-            let phase = ClosedPhase::new(&self.frame, segment);
+            let phase = ClosedPhase::new(&self.frame, segment, &mut self.kept);
             self.observer.pass(&phase, (from, until), last);
         }
     }
@@ -283,11 +286,12 @@ enum Motion<const H: usize> {
         x: f64,
         v: f64,
     },
-    Slip(Slip<H>),
+    Slip(Slip<H>, Stride<H>),
 }
 
 impl<const H: usize> ClosedPhase<H> {
-    fn new(frame: &Frame<H>, segment: &Segment) -> Self {
+    /// What a segment is; `kept` has what depends on the slope of friction alone, from one to the next.
+    fn new(frame: &Frame<H>, segment: &Segment, kept: &mut Option<(Response<H>, Stride<H>)>) -> Self {
         let motion = if segment.direction == 0.0 || segment.slope.is_infinite() {
             Motion::Steady {
                 x: segment.x,
@@ -302,7 +306,13 @@ impl<const H: usize> ClosedPhase<H> {
                 branch: segment.branch,
                 reverses: false,
             };
-            Motion::Slip(frame.closed(segment.clock, segment.x, segment.v, segment.direction, &piece))
+            let known = kept.filter(|(response, _)| response.slope == segment.slope);
+            let response = known.map_or_else(|| frame.response(segment.slope), |(response, _)| response);
+            let forces = frame.forces(segment.clock);
+            let slip = response.from(frame, &forces, (segment.x, segment.v), segment.direction, &piece);
+            let stride = known.map_or_else(|| Stride::of(&slip), |(_, stride)| stride);
+            *kept = Some((response, stride));
+            Motion::Slip(slip, stride)
         };
         Self {
             clock: segment.clock,
@@ -335,66 +345,6 @@ impl<const H: usize> ClosedPhase<H> {
             cut.see(last.signum(), || self.point(0, root), found);
         }
     }
-
-    /// n·(x, ẋ, ẍ, ẇ) − c is a short sum of damped sines. Its curvature is bounded, so the march to its next root jumps over
-    /// none.
-    fn cross_slip(
-        &self,
-        cut: &mut Cut,
-        slip: &Slip<H>,
-        span: (f64, f64),
-        watched: &mut Watched,
-        found: &mut impl FnMut(Point),
-    ) {
-        let a = slip.v.derivative(&slip.decay, &slip.frequency);
-        let signals = [&slip.x, &slip.v, &a];
-        let [along_x, along_v, along_a, along_slip] = cut.normal;
-        let normal = [along_x, along_v, along_a - along_slip];
-        let sum = |part: fn(&Signal<H>) -> f64| {
-            let each = normal.iter().zip(signals);
-            each.map(|(factor, signal)| factor * part(signal)).sum::<f64>()
-        };
-        let waves = |part: fn(&Signal<H>) -> &[f64; H]| {
-            std::array::from_fn::<f64, H, _>(|j| {
-                let each = normal.iter().zip(signals);
-                each.map(|(factor, signal)| factor * part(signal)[j]).sum()
-            })
-        };
-        let g = Signal {
-            constant: sum(|signal| signal.constant) - cut.level,
-            free: [sum(|signal| signal.free[0]), sum(|signal| signal.free[1])],
-            p: waves(|signal| &signal.p),
-            q: waves(|signal| &signal.q),
-        };
-        let dg = g.derivative(&slip.decay, &slip.frequency);
-        let (mut swing, mut waves) = (g.constant.abs() + cut.level.abs(), 0.0);
-        for j in 0..H {
-            let amplitude = hypot(g.p[j], g.q[j]);
-            swing += amplitude;
-            waves += slip.frequency[j] * slip.frequency[j] * amplitude;
-        }
-        // The bound of the curvature is taken anew after this long: it shrinks as the free motion decays.
-        let reach = slip.decay.time();
-        let growth = slip.decay.growth(reach);
-        let guard = |t: f64| {
-            let basis = slip.basis(t);
-            let (value, rate) = (g.at(&basis), dg.at(&basis));
-            let amplitudes = slip.decay.amplitudes(g.free(&basis), dg.free(&basis));
-            let (mut curvature, mut free) = (waves, 0.0);
-            for (amplitude, exponent) in amplitudes.into_iter().zip(slip.decay.exponents()) {
-                curvature += growth * amplitude * exponent * exponent;
-                free += amplitude;
-            }
-            Guard {
-                value,
-                rate,
-                curvature,
-                noise: 4.0 * f64::EPSILON * (swing + free),
-                reach,
-            }
-        };
-        cut.march(span, reach, watched, &guard, &|t| self.point(0, t), found);
-    }
 }
 
 impl<const H: usize> Course for ClosedPhase<H> {
@@ -405,7 +355,7 @@ impl<const H: usize> Course for ClosedPhase<H> {
     fn point(&self, _contact: usize, tau: f64) -> Point {
         let (x, v) = match &self.motion {
             Motion::Steady { x, v } => (x + v * tau, *v),
-            Motion::Slip(slip) => {
+            Motion::Slip(slip, _) => {
                 let basis = slip.basis(tau);
                 (slip.position(tau, &basis), slip.v.at(&basis))
             }
@@ -432,7 +382,16 @@ impl<const H: usize> Course for ClosedPhase<H> {
     ) {
         match &self.motion {
             Motion::Steady { x, v } => self.cross_steady(cut, (*x, *v), span, found),
-            Motion::Slip(slip) => self.cross_slip(cut, slip, span, watched, found),
+            Motion::Slip(slip, stride) => {
+                let crossings = Crossings::new(slip, cut);
+                let mut told = Told {
+                    cut,
+                    watched,
+                    point: |t| self.point(0, t),
+                    found,
+                };
+                crossings.between(span, stride, &mut told);
+            }
         }
     }
 }

@@ -1,8 +1,9 @@
 //! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
 
 use super::search::{DEGREE, Ends, Motion, Sample, first_exit};
-use super::slip::{add_waves, bounds, waves};
+use super::slip::{add_waves, waves};
 use super::{ANEW, BESIDE, Start, changes_sign};
+use crate::flow::enclosure::bounds;
 use crate::flow::exact::Stick;
 use crate::law::{End, Friction, Hold, Law};
 use crate::series::{borne_step, free_time};

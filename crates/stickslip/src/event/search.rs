@@ -6,14 +6,12 @@
 //! is never a certificate: it may cost a sample, not an event.
 
 use super::Start;
-use crate::flow::enclosure::Span;
+use crate::flow::enclosure::{Span, reach};
 use crate::law::End;
 use crate::series::INVERSE;
 use crate::watch::Watched;
 
-/// Distance between samples, in units of the time in which the motion changes.
-const REACH: f64 = 2.2;
-/// As a part of that distance, how near a sample must be to a root for its Taylor polynomial to give it to rounding.
+/// As a part of the distance between samples, how near a sample must be to a root for its Taylor polynomial to give it to rounding.
 const NEAR: f64 = 0.02;
 /// A step that is so short a part of that distance, and away from a touch, need not be polished: its error is of the fourth order.
 const NEXT: f64 = 5e-5;
@@ -61,16 +59,11 @@ pub(super) struct Sample<const H: usize> {
 }
 
 impl<const H: usize> Sample<H> {
-    /// How far the next sample may be. The sixth root need not be exact.
+    /// How far the next sample may be.
     #[inline]
     fn reach(&self) -> f64 {
-        const SIXTH_OF_ONE: u64 = 1.0f64.to_bits() / 6 * 5;
         let [size, sixth, _] = self.bound;
-        if sixth > 0.0 {
-            REACH * f64::from_bits((size / sixth).to_bits() / 6 + SIXTH_OF_ONE)
-        } else {
-            f64::INFINITY
-        }
+        reach(size, sixth)
     }
 }
 

@@ -3,6 +3,7 @@
 use super::free::end_of_free_slip;
 use super::search::{DEGREE, Ends, Guard, Motion, Sample, first_exit};
 use super::{ANEW, BESIDE, Start, changes_sign};
+use crate::flow::enclosure::{bounds, sixth_and_seventh};
 use crate::flow::exact::{Signal, Slip};
 use crate::law::{End, Piece};
 use crate::watch::Watched;
@@ -174,24 +175,6 @@ impl<const H: usize> Speed<H> {
         }
         self.slip.x.constant + self.direction * swing
     }
-}
-
-fn sixth_and_seventh(x: f64) -> [f64; 2] {
-    let third = x.abs() * (x * x);
-    [third * third, third * third * x.abs()]
-}
-
-/// Bounds of Σ (p cos Ωτ + q sin Ωτ), its sixth and its seventh derivative.
-pub(super) fn bounds<const H: usize>(p: &[f64; H], q: &[f64; H], frequency: &[f64; H]) -> [f64; 3] {
-    let mut bound = [0.0; 3];
-    for j in 0..H {
-        let size = p[j].abs() + q[j].abs();
-        let [sixth, seventh] = sixth_and_seventh(frequency[j]);
-        bound[0] += size;
-        bound[1] += size * sixth;
-        bound[2] += size * seventh;
-    }
-    bound
 }
 
 /// The harmonics at `basis`: value and rate of each, and what they add to a value and its first three derivatives.

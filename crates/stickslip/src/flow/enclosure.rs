@@ -5,6 +5,40 @@
 //! the range of its coefficients. So seven numbers bound the function, and one that is known to start or to end on a bound
 //! is seen to leave it.
 
+/// Distance between samples, in units of the time in which the motion changes.
+pub(crate) const REACH: f64 = 2.2;
+
+/// How far the next sample may be from one of a function of this size and with this bound of its sixth derivative. The sixth
+/// root need not be exact.
+#[inline]
+pub(crate) fn reach(size: f64, sixth: f64) -> f64 {
+    const SIXTH_OF_ONE: u64 = 1.0f64.to_bits() / 6 * 5;
+    if sixth > 0.0 {
+        REACH * f64::from_bits((size / sixth).to_bits() / 6 + SIXTH_OF_ONE)
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Sixth and seventh power of |x|.
+pub(crate) fn sixth_and_seventh(x: f64) -> [f64; 2] {
+    let third = x.abs() * (x * x);
+    [third * third, third * third * x.abs()]
+}
+
+/// Bounds of Σ (p cos Ωτ + q sin Ωτ), its sixth and its seventh derivative.
+pub(crate) fn bounds<const H: usize>(p: &[f64; H], q: &[f64; H], frequency: &[f64; H]) -> [f64; 3] {
+    let mut bound = [0.0; 3];
+    for j in 0..H {
+        let size = p[j].abs() + q[j].abs();
+        let [sixth, seventh] = sixth_and_seventh(frequency[j]);
+        bound[0] += size;
+        bound[1] += size * sixth;
+        bound[2] += size * seventh;
+    }
+    bound
+}
+
 /// The time between two samples and the powers of it that the coefficients need.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {

@@ -190,6 +190,25 @@ pub struct Basis<const H: usize> {
     sin: [f64; H],
 }
 
+impl<const H: usize> Basis<H> {
+    /// These functions after a time of which `step` has them.
+    #[inline]
+    pub(crate) fn after(&self, step: &Self, decay: &Decay) -> Self {
+        let (c, s) = if decay.separates() {
+            (self.c * step.c, self.s * step.s)
+        } else {
+            let c = self.c * step.c + decay.kappa * (self.s * step.s);
+            (c, self.s * step.c + self.c * step.s)
+        };
+        Self {
+            c,
+            s,
+            cos: std::array::from_fn(|j| self.cos[j] * step.cos[j] - self.sin[j] * step.sin[j]),
+            sin: std::array::from_fn(|j| self.sin[j] * step.cos[j] + self.cos[j] * step.sin[j]),
+        }
+    }
+}
+
 impl<const H: usize> Signal<H> {
     /// Its value.
     #[inline]

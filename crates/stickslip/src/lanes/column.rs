@@ -9,7 +9,8 @@ use crate::elementary::{exp, sin_cos, whole_turns_less};
 use crate::event::Start;
 use crate::harmonic::Harmonic;
 use crate::law::{Friction, Hold, Memory, Piece};
-use crate::mode::Mode;
+use crate::mode::{Kind, Mode};
+use crate::orbit::Event;
 use crate::oscillator::Oscillator;
 use crate::restart::HybridState;
 
@@ -343,6 +344,29 @@ impl Constants {
             memory: Memory::default(),
         };
         (state.x, state.v, hybrid)
+    }
+
+    /// The event at a position, where the motion sticks then or not; only a release has a stick time.
+    #[inline(always)]
+    pub(super) fn event(&self, clock: Clock, x: f64, sticks: bool, event: [f64; 3]) -> Event {
+        let [force, stick_time, force_rate] = event;
+        let kind = if !stick_time.is_nan() {
+            Kind::Release
+        } else if sticks {
+            Kind::Capture
+        } else {
+            Kind::Crossing
+        };
+        Event {
+            t: clock.high,
+            kind,
+            contact: 0,
+            x,
+            v: self.column.drive,
+            force,
+            stick_time,
+            force_rate,
+        }
     }
 
     /// The time so many periods and a time after the phase of the force was zero.

@@ -23,6 +23,8 @@ pub(super) struct Arrival<L: Lane> {
     pub(super) end: End<L>,
     /// Lanes whose slip lasts to the horizon, or for more cells than are gone in lanes.
     pub(super) lasts: L::Mask,
+    /// Exact evaluations.
+    pub(super) evaluations: u64,
 }
 
 /// A time within a period and a step from there: the periods that pass, and the time in the last.
@@ -84,7 +86,7 @@ fn expanded<L: Lane>(d: &[L; DEGREE + 1], tau: L) -> [L; 3] {
 /// Where in a cell of width `d` the quintic through both samples is zero, as a share of it: positive at its left end, negative
 /// at its right.
 #[inline(always)]
-fn root_of_quintic<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d: L) -> L {
+pub(super) fn root_of_quintic<L: Lane>(left: [L; 3], right: [L; 3], d: L) -> L {
     let n = L::splat;
     let square = d * d;
     let (p0, p1, p2) = (left[0], d * left[1], n(0.5) * square * left[2]);
@@ -203,15 +205,17 @@ pub(super) fn arrival<L: Lane>(
     let mut arrival = Arrival {
         end: End::unknown(),
         lasts: lasts | (active & level.at_most(zero)),
+        evaluations: 0,
     };
     let d = step.h;
-    let mut at = gone + root_of_quintic(left, right, d) * d;
+    let mut at = gone + root_of_quintic(left.0, right.0, d) * d;
     let (mut low, mut high) = (gone, gone + d);
     let mut open = crossed;
     for _ in 0..ROUNDS {
         if !open.any() {
             break;
         }
+        arrival.evaluations += 1;
         let decay = exp(-(c.gamma * at));
         let (sin, cos) = sin_cos(c.omega * at);
         let (periods, t) = wrapped(c, state.t, at);
@@ -253,10 +257,12 @@ pub(super) fn arrival<L: Lane>(
             & slope.below(zero)
             & (n(2.0) * curvature * rounding).below(slope * slope);
         let take = open & near & sure;
-        let travel = by
-            * (g[0]
-                + by * n(0.5)
-                    * (g[1] + by * n(1.0 / 3.0) * (g[2] + by * n(0.25) * (g[3] + by * n(0.2) * g[4]))));
+        // The integral of the polynomial.
+        let mut travel = g[DEGREE] * n(1.0 / (DEGREE + 1) as f64);
+        for k in (0..DEGREE).rev() {
+            travel = (g[k] + by * travel) * n(1.0 / (k + 1) as f64);
+        }
+        let travel = by * travel;
         let x = y * cos + (z + c.gamma * y) * sin + centre + (c.within * wave_cos + c.behind * wave_sin);
         arrival.end.lasted = L::choose(take, at + by, arrival.end.lasted);
         arrival.end.x = L::choose(take, x + c.drive * by - sign * travel, arrival.end.x);

@@ -14,10 +14,15 @@ use crate::elementary::PI;
 /// So many evaluations of the force; then a lane is given to the other search.
 const ROUNDS: usize = 12;
 
+/// Adhesion for a shorter angle of the force is left to the other search, which knows the stick time to all its digits.
+const SHORT: f64 = 0.01;
+
 /// Where adhesion ends.
 pub(super) struct Release<L: Lane> {
     pub(super) end: End<L>,
     pub(super) direction: L,
+    /// Evaluations of the force.
+    pub(super) evaluations: u64,
 }
 
 #[inline(always)]
@@ -95,11 +100,13 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
     let mut release = Release {
         end: End::unknown(),
         direction: sense,
+        evaluations: 0,
     };
     for _ in 0..ROUNDS {
         if !open.any() {
             break;
         }
+        release.evaluations += 1;
         let step = (at - start) * c.per_frequency;
         let (periods, t) = wrapped(c, state.t, step);
         let (sin, cos) = sin_cos(c.frequency * t);
@@ -123,8 +130,9 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         let left = margin1 + second * slope1 + square * bend1;
         let near = first.abs().below(n(0.1)) & second.abs().below(n(3e-6));
         let inside = low.below(to + n(1e-9)) & to.at_most(high + n(1e-9)) & zero.below(slope1);
-        let take =
-            open & near & inside & left.abs().at_most(c.faint) & zero.below(step + by * c.per_frequency);
+        // The difference of two angles has few digits where it is small.
+        let long = n(SHORT).below(to - start);
+        let take = open & near & inside & left.abs().at_most(c.faint) & long;
         release.end.lasted = L::choose(take, step + by * c.per_frequency, release.end.lasted);
         let (more, t) = wrapped(c, t, by * c.per_frequency);
         release.end.periods = L::choose(take, periods + more, release.end.periods);

@@ -1,0 +1,355 @@
+//! Where a motion in closed form crosses a surface.
+//!
+//! Samples lie at a constant distance, so what they are made of is multiplied from one to the next, without exponentials or
+//! sines on the way. The enclosure of [`crate::flow::enclosure`] says of a cell between two samples that the surface is not
+//! met there, or by the slope that it is met once at the most. Doubt halves the cell, and what is in doubt still is marched
+//! through, see [`Cut::march`].
+
+use crate::flow::enclosure::{REACH, Span, bounds, reach, sixth_and_seventh};
+use crate::flow::exact::{Basis, Signal, Slip};
+use crate::lanes::root_of_quintic;
+use crate::section::{Cut, Guard, Point};
+use crate::watch::Watched;
+
+/// As a part of the reach of an enclosure, how far samples are apart.
+const SHARE: f64 = 0.65;
+/// Samples between two that are evaluated exactly.
+const CELLS: u32 = 16;
+/// How often a cell is halved.
+const HALVINGS: u32 = 3;
+/// What so many multiplications can leave, in units of what is added up.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// A step so short, as a part of a cell, leaves an error of its fourth power.
+const SHORT: f64 = 1e-4;
+/// Steps to a root, at the most.
+const STEPS: u32 = 100;
+
+/// The functions a motion is made of, after a time between two samples.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stride<const H: usize> {
+    h: f64,
+    basis: Basis<H>,
+}
+
+impl<const H: usize> Stride<H> {
+    /// Short enough for whatever moves like this.
+    pub(super) fn of(slip: &Slip<H>) -> Self {
+        let each = slip.decay.exponents().into_iter().chain(slip.frequency);
+        let fastest = each.fold(slip.decay.growing(), f64::max);
+        Self::over(slip, SHARE * REACH / fastest)
+    }
+
+    fn over(slip: &Slip<H>, h: f64) -> Self {
+        let basis = slip.basis(h);
+        Self { h, basis }
+    }
+}
+
+/// What crosses zero.
+pub(super) struct Crossings<'a, const H: usize> {
+    slip: &'a Slip<H>,
+    /// It and its first three derivatives.
+    signals: [Signal<H>; 4],
+    exponents: [f64; 2],
+    /// Sixth and seventh power of them.
+    powers: [[f64; 2]; 2],
+    /// Bounds of the harmonics.
+    waves: [f64; 3],
+    /// The size of what does not vary.
+    constant: f64,
+}
+
+/// The value and its first three derivatives at one time.
+#[derive(Clone, Copy)]
+struct Sample {
+    t: f64,
+    d: [f64; 4],
+    /// Bounds of the varying part, and of the sixth and seventh derivative.
+    bound: [f64; 3],
+}
+
+/// Who is told of crossings.
+pub(super) struct Told<'a, 'w, P, F> {
+    pub(super) cut: &'a mut Cut,
+    pub(super) watched: &'a mut Watched<'w>,
+    /// The state at a time.
+    pub(super) point: P,
+    pub(super) found: F,
+}
+
+impl<'a, const H: usize> Crossings<'a, H> {
+    /// Of n·(x, ẋ, ẍ, ẇ) − c.
+    pub(super) fn new(slip: &'a Slip<H>, cut: &Cut) -> Self {
+        let derivative = |of: &Signal<H>| of.derivative(&slip.decay, &slip.frequency);
+        let a = derivative(&slip.v);
+        let signals = [&slip.x, &slip.v, &a];
+        let [along_x, along_v, along_a, along_slip] = cut.normal;
+        let normal = [along_x, along_v, along_a - along_slip];
+        let sum = |part: &dyn Fn(&Signal<H>) -> f64| {
+            let each = normal.iter().zip(signals);
+            each.map(|(factor, signal)| factor * part(signal)).sum::<f64>()
+        };
+        let signal = Signal {
+            constant: sum(&|signal| signal.constant) - cut.level,
+            free: std::array::from_fn(|j| sum(&|signal| signal.free[j])),
+            p: std::array::from_fn(|j| sum(&|signal| signal.p[j])),
+            q: std::array::from_fn(|j| sum(&|signal| signal.q[j])),
+        };
+        let first = derivative(&signal);
+        let second = derivative(&first);
+        let exponents = slip.decay.exponents();
+        Self {
+            slip,
+            signals: [signal, first, second, derivative(&second)],
+            exponents,
+            powers: exponents.map(sixth_and_seventh),
+            waves: bounds(&signal.p, &signal.q, &slip.frequency),
+            constant: signal.constant.abs() + cut.level.abs(),
+        }
+    }
+
+    /// What [`Cut::march`] asks of a time: the bound of the curvature holds for `reach`, as the free motion decays.
+    fn guard(&self, t: f64, reach: f64) -> Guard {
+        let Self { slip, signals, .. } = self;
+        let basis = slip.basis(t);
+        let [value, rate, ..] = signals;
+        let amplitudes = slip.decay.amplitudes(value.free(&basis), rate.free(&basis));
+        let growth = slip.decay.growth(reach);
+        let (mut curvature, mut size) = (0.0, self.constant + self.waves[0]);
+        for j in 0..H {
+            let amplitude = value.p[j].abs() + value.q[j].abs();
+            curvature += slip.frequency[j] * slip.frequency[j] * amplitude;
+        }
+        for (amplitude, exponent) in amplitudes.into_iter().zip(self.exponents) {
+            curvature += growth * amplitude * exponent * exponent;
+            size += amplitude;
+        }
+        Guard {
+            value: value.at(&basis),
+            rate: rate.at(&basis),
+            curvature,
+            noise: 4.0 * f64::EPSILON * size,
+            reach,
+        }
+    }
+
+    #[inline]
+    fn sample(&self, t: f64, basis: &Basis<H>) -> Sample {
+        let [value, rate, ..] = &self.signals;
+        let amplitudes = self.slip.decay.amplitudes(value.free(basis), rate.free(basis));
+        let mut bound = self.waves;
+        for (amplitude, [sixth, seventh]) in amplitudes.into_iter().zip(self.powers) {
+            bound[0] += amplitude;
+            bound[1] += amplitude * sixth;
+            bound[2] += amplitude * seventh;
+        }
+        Sample {
+            t,
+            d: self.signals.each_ref().map(|signal| signal.at(basis)),
+            bound,
+        }
+    }
+
+    fn exact(&self, t: f64) -> Sample {
+        self.sample(t, &self.slip.basis(t))
+    }
+
+    /// Tell of every crossing from one time to another.
+    pub(super) fn between<P, F>(&self, (from, to): (f64, f64), usual: &Stride<H>, told: &mut Told<P, F>)
+    where
+        P: Fn(f64) -> Point,
+        F: FnMut(Point),
+    {
+        let mut t = from;
+        while t < to {
+            let mut basis = self.slip.basis(t);
+            let mut left = self.sample(t, &basis);
+            // What grows does so by a factor of e in a cell, at the most.
+            let reach = reach(left.bound[0], left.bound[1]).min(1.0 / self.slip.decay.growing());
+            let h = (SHARE * reach).min(to - t).max(4.0 * f64::EPSILON * t);
+            let own = (h > 2.0 * usual.h).then(|| Stride::over(self.slip, h));
+            let Stride { h, basis: step } = own.as_ref().unwrap_or(usual);
+            for _ in 0..CELLS {
+                if told.watched.ends(t) {
+                    return;
+                }
+                basis = basis.after(step, &self.slip.decay);
+                let right = self.sample(t + h, &basis);
+                self.cell(&left, &right, to, HALVINGS, told);
+                (t, left) = (t + h, right);
+                if t >= to {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// How large the value may be by rounding between two samples.
+    fn noise(&self, left: &Sample, right: &Sample) -> f64 {
+        ROUNDING * (self.constant + left.bound[0].max(right.bound[0]))
+    }
+
+    /// Tell of the crossings between two samples; those after `to` do not count.
+    #[inline]
+    fn cell<P, F>(&self, left: &Sample, right: &Sample, to: f64, halvings: u32, told: &mut Told<P, F>)
+    where
+        P: Fn(f64) -> Point,
+        F: FnMut(Point),
+    {
+        let (noise, sign) = (self.noise(left, right), left.d[0].signum());
+        if least(left, right, 0, sign) > noise {
+            told.cut.see(sign, || (told.point)(left.t), &mut told.found);
+        } else {
+            self.near(left, right, to, halvings, told);
+        }
+    }
+
+    /// The same where the surface may be met.
+    fn near<P, F>(&self, left: &Sample, right: &Sample, to: f64, halvings: u32, told: &mut Told<P, F>)
+    where
+        P: Fn(f64) -> Point,
+        F: FnMut(Point),
+    {
+        let noise = self.noise(left, right);
+        let ([begin, ..], [end, ..]) = (left.d, right.d);
+        let (starts, ends) = (begin.abs() > noise, end.abs() > noise);
+        let fastest = left.bound[2].max(right.bound[2]) / left.bound[1].max(right.bound[1]);
+        if (starts || ends) && least(left, right, 1, (end - begin).signum()) > noise * fastest {
+            // It is met once at the most.
+            if starts {
+                told.cut
+                    .see(begin.signum(), || (told.point)(left.t), &mut told.found);
+            }
+            if ends && end.signum() != told.cut.side() {
+                let root = if starts { self.root(left, right) } else { left.t };
+                if root <= to {
+                    told.cut.see(end.signum(), || (told.point)(root), &mut told.found);
+                }
+            }
+        } else if right.t > to {
+            self.cell(left, &self.exact(to), to, halvings, told);
+        } else if (starts || ends) && halvings > 0 {
+            let middle = self.exact(0.5 * (left.t + right.t));
+            self.cell(left, &middle, to, halvings - 1, told);
+            self.cell(&middle, right, to, halvings - 1, told);
+        } else {
+            let unit = self.slip.decay.time();
+            let guard = |t| self.guard(t, unit);
+            let span = (left.t, right.t);
+            told.cut
+                .march(span, unit, told.watched, &guard, &told.point, &mut told.found);
+        }
+    }
+
+    /// The root between two samples on different sides, where the slope keeps its sign.
+    fn root(&self, left: &Sample, right: &Sample) -> f64 {
+        let (mut low, mut high) = (left.t, right.t);
+        let sign = left.d[0].signum();
+        let ends = [left, right].map(|sample| [0, 1, 2].map(|n| sign * sample.d[n]));
+        let d = right.t - left.t;
+        let mut t = left.t + root_of_quintic(ends[0], ends[1], d) * d;
+        for _ in 0..STEPS {
+            let basis = self.slip.basis(t);
+            let [value, slope, curvature, jerk] = self.signals.each_ref().map(|signal| signal.at(&basis));
+            if value.signum() == sign {
+                low = t;
+            } else {
+                high = t;
+            }
+            // Householder's step of the third order.
+            let newton = -value / slope;
+            let (bend, third) = (newton * curvature, newton * newton * jerk);
+            let step = newton * (slope + 0.5 * bend) / (slope + bend + third * (1.0 / 6.0));
+            let next = t + step;
+            let inside = low <= next && next <= high;
+            if inside && step.abs() <= SHORT * d {
+                return next;
+            }
+            t = if inside { next } else { 0.5 * (low + high) };
+        }
+        0.5 * (low + high)
+    }
+}
+
+/// The least coefficient of the enclosure of a derivative, times `sign`.
+#[inline]
+fn least(left: &Sample, right: &Sample, order: usize, sign: f64) -> f64 {
+    let of = |sample: &Sample| [0, 1, 2].map(|n| sign * sample.d[(order + n) & 3]);
+    let bound = left.bound[1 + order].max(right.bound[1 + order]);
+    Span::new(right.t - left.t).least(of(left), of(right), bound)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Crossings, Stride, Told};
+    use crate::clock::Clock;
+    use crate::event::Work;
+    use crate::flow::exact::Frame;
+    use crate::harmonic::Harmonic;
+    use crate::law::Piece;
+    use crate::section::{Cut, Point};
+    use crate::watch::Watched;
+
+    /// Slips that oscillate, creep and grow, free and forced: the crossings are those of the march alone.
+    #[test]
+    fn none_is_missed() {
+        let mut total = 0;
+        for case in 0..600 {
+            let part = |n: u32| f64::from(case * n % 97) / 97.0;
+            let frame = Frame::<1> {
+                mass: 1.0,
+                stiffness: 1.3,
+                damping: [0.0, 0.1, 2.2, 2.0 * 1.3_f64.sqrt(), 40.0, -0.1][case as usize % 6],
+                drive_velocity: 0.3,
+                constant: 0.0,
+                forcing: [Harmonic {
+                    amplitude: [0.0, 0.4, 1e-9][case as usize % 3],
+                    frequency: [0.2, 1.7, 30.0][case as usize / 3 % 3],
+                    phase: part(3),
+                }],
+            };
+            let piece = Piece::line([0.0, 0.5], 0.0, 0.0, f64::INFINITY, 0);
+            let slip = frame.closed(Clock::default(), 2.0 * part(5) - 1.0, part(7) - 0.5, 1.0, &piece);
+            let normals = [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0], [1.0, -0.3, 0.2, 0.0]];
+            for normal in normals {
+                let mut cut = Cut::new(normal, 0.1 * part(11) * normal[0], 0);
+                let mut marched_cut = cut;
+                let crossings = Crossings::new(&slip, &cut);
+                let (mut found, mut marched) = (Vec::new(), Vec::new());
+                let (mut work, mut go_on) = (Work::default(), || true);
+                let watched = &mut Watched::new(&mut work, &mut go_on);
+                let point = |t| Point {
+                    t,
+                    x: 0.0,
+                    v: 0.0,
+                    w: 0.0,
+                };
+                let (span, unit) = ((part(13), 30.0 + part(17)), slip.decay.time());
+                let guard = |t| crossings.guard(t, unit);
+                marched_cut.march(span, unit, watched, &guard, &point, &mut |point| {
+                    marched.push(point.t);
+                });
+                let (cut, found_one) = (&mut cut, |point: Point| found.push(point.t));
+                let mut told = Told {
+                    cut,
+                    watched,
+                    point,
+                    found: found_one,
+                };
+                crossings.between(span, &Stride::of(&slip), &mut told);
+                assert_eq!(
+                    found.len(),
+                    marched.len(),
+                    "{case} {normal:?}: {found:?} {marched:?}"
+                );
+                let near = found
+                    .iter()
+                    .zip(&marched)
+                    .all(|(one, other)| (one - other).abs() < 1e-7);
+                assert!(near, "{case} {normal:?}: {found:?} {marched:?}");
+                total += found.len();
+            }
+        }
+        assert!(total > 5000, "{total}");
+    }
+}
