@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use stickslip_lanes::{Lane, Mask};
 
 use crate::clock::Clock;
-use crate::elementary::{exp, sin_cos, whole_turns_less};
+use crate::elementary::{PI, exp, sin_cos, whole_turns_less};
 use crate::event::Start;
 use crate::harmonic::Harmonic;
 use crate::law::{Friction, Hold, Memory, Piece};
@@ -275,11 +275,14 @@ impl Constants {
             h *= 0.5;
             step
         });
+        // Less than none would round the time of the start.
+        let turned = whole_turns_less(phase, 0.0);
+        let ahead = if turned < 0.0 { turned + 2.0 * PI.0 } else { turned };
         Some(Self {
             column,
             steps,
             piece,
-            shift: whole_turns_less(phase, 0.0) / frequency,
+            shift: ahead / frequency,
         })
     }
 
