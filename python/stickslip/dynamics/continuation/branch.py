@@ -220,10 +220,18 @@ class Branches(InNotebook):
 
     @property
     def special_points(self) -> list[SpecialPoint]:
-        """Those of all branches, by parameter."""
-        return sorted(
-            (item for branch in self.branches for item in branch.special_points), key=lambda item: item.parameter
-        )
+        """Those of all branches, by parameter; a flip at which a branch of twice the period ends is one."""
+        found: list[SpecialPoint] = []
+        for item in (item for branch in self.branches for item in branch.special_points):
+            if item.kind != "flip" or not any(self._same_flip(item, other) for other in found):
+                found.append(item)
+        return sorted(found, key=lambda item: item.parameter)
+
+    def _same_flip(self, one: SpecialPoint, other: SpecialPoint) -> bool:
+        low, high = self.bounds
+        if other.kind != "flip" or abs(one.parameter - other.parameter) > _SAME_ORBIT * (high - low):
+            return False
+        return same_motion(one.orbit, other.orbit)
 
     def to_xarray(self) -> xr.Dataset:
         """The branches over ``branch`` and ``point`` (NaN where a branch has fewer), the special points over ``special``."""

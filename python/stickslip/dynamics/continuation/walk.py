@@ -13,6 +13,7 @@ from stickslip.dynamics.continuation import switching_boundaries
 from stickslip.dynamics.continuation.arclength import Family, Label, Point, axis, consistent, corrected, stepped
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of, same_motion
 from stickslip.dynamics.continuation.conditions import TESTS, root
+from stickslip.dynamics.continuation.halving import halving
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic.cycles import finished, unchecked
 from stickslip.dynamics.periodic.poincare_map import Lost, size_of
@@ -101,6 +102,16 @@ class Walk:
             if float(point.direction[known] @ ahead.direction[known]) < 0.9 and step > 20 * _SMALLEST:
                 step /= 2
                 continue
+            halved = halving(point, ahead, self.family)
+            if halved is not None and step > 1e-3:
+                # Closer first: a fold may lie before it.
+                step /= 4
+                continue
+            if halved is not None:
+                flip, end = halved
+                self._special("flip", flip)
+                self._add(end)
+                break
             closing = self._closing(point, ahead, step)
             if closing is not None:
                 share, first = closing
