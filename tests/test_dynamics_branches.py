@@ -203,6 +203,7 @@ def test_a_closed_branch_ends_where_it_meets_its_first_point(forced_slider):
     (branch,) = ss.continuation(forced_slider, "forcing.frequency", (1.5, 2.5), seeds=0).branches
     assert branch.closed
     assert not branch.cut
+    assert branch.ends == ("closed", "closed")
     assert branch.values[-1] == pytest.approx(branch.values[0], abs=1e-12)
     # Each fold once, the outer two at the ends of the range.
     folds = sorted(point.parameter for point in branch.special_points)
@@ -216,6 +217,7 @@ def test_a_branch_that_is_cut_off_says_by_which_limit(forced_slider):
     with pytest.warns(UnfinishedWarning, match="1 of 1 branches were cut off by most; raise most"):
         (branch,) = ss.continuation(forced_slider, "forcing.frequency", (1.5, 2.5), seeds=0, most=4).branches
     assert branch.cut == "most"
+    assert branch.ends == ("most", "most")
     assert not branch.closed
     assert len(branch.values) == 7
 
@@ -269,6 +271,8 @@ def test_a_branch_of_twice_the_period_ends_at_the_flip(doubling_slider):
     # Beyond it the orbit would be itself, one period of the forcing later: no fold, and no closed curve.
     assert [point.kind for point in doubled.special_points] == ["flip"]
     assert not doubled.closed
+    assert (single.ends, doubled.ends) == (("bounds", "bounds"), ("bounds", "flip"))
+    assert ss.switch_branch(result, flip).ends == ("flip", "bounds")
     assert (doubled.values[0], doubled.values[-1]) == pytest.approx((1.6, flip.parameter), abs=1e-9)
     assert all(np.diff(doubled.values) > 0)
     assert doubled.orbit(-1).forcing_periods == 2
@@ -276,3 +280,15 @@ def test_a_branch_of_twice_the_period_ends_at_the_flip(doubling_slider):
     assert doubled.special_points[0].orbit.multipliers[0] == pytest.approx(-1.0, abs=1e-8)
     # Both branches have it.
     assert [point.kind for point in result.special_points] == ["flip"]
+
+
+def test_the_command_line_says_why_a_branch_ends_within_the_bounds(doubling_slider, tmp_path, capsys):
+    path = tmp_path / "forced.toml"
+    path.write_text(doubling_slider.to_toml())
+    main(["continue", str(path), "--over", "forcing.frequency=1.8:1.9"])
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split("1.8 … ")[1] for line in lines if line.startswith("cycle")] == [
+        "1.84138, ends at 1.84138: flip",
+        "1.9",
+    ]
+    assert sum(line.startswith("flip") for line in lines) == 1
