@@ -239,7 +239,7 @@ def still_changes(points: Array) -> bool:
     """
 
     def apart(lag: int) -> Array:
-        return np.abs(points[lag:] - points[:-lag]).max(axis=1)
+        return np.asarray(np.abs(points[lag:] - points[:-lag]).max(axis=1))
 
     half = len(points) // 2
     nearest = min(range(1, len(points) // 4), key=lambda lag: float(apart(lag)[half:].max()))

@@ -212,8 +212,9 @@ def critical_velocities(
         )
     steady, neutral = steady_changes(system, _PATH, (low, high))
     smooth = [value for kind, value in steady if kind == "hopf"]
-    one = isinstance(system, Oscillator)
-    natures = tuple((value, criticality(system, _PATH, value, high - low)) for value in smooth) if one else ()
+    natures: tuple[tuple[float, str], ...] = ()
+    if isinstance(system, Oscillator):
+        natures = tuple((value, criticality(system, _PATH, value, high - low)) for value in smooth)
     found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
     watch = _Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))
