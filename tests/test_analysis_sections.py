@@ -313,6 +313,11 @@ def test_a_motion_that_still_settles_is_undecided():
     assert rows["recurrence"].tolist() == ["periodic", *["undecided"] * 3, "periodic"]
     assert rows["period"].tolist() == [2, 0, 0, 0, 1]
     assert (rows["parting"][1:4] < 1).all()
+    # Above the first Hopf speed, 0.06138, free oscillations come slowly to a small cycle: without forcing there is no torus.
+    free = ss.Oscillator(0.1, 0.0615, law)
+    start = (np.array(float(law.kinetic_force(0.0615)) + 0.005), np.array(0.0), ())
+    rows = Chunk(free.to_json(), ("drive_velocity",), np.array([[0.0615], [0.0617]]), look, start=start).compute()
+    assert rows["recurrence"].tolist() == ["undecided"] * 2
 
 
 @pytest.mark.parametrize(("amplitude", "frequency"), [(0.3, 1.96), (0.1, 1.4125)])

@@ -45,8 +45,8 @@ MEANINGS = {
 }
 #: How far beside each other two starts are, relative to the position.
 _BESIDE = 1e-9
-#: A motion still changes where its points of as many parts of a run come nearer to repeating with each part, or those of the
-#: last half to this share of the first: on a torus all parts are alike.
+#: A motion still changes where its points come nearer to repeating with each of so many parts of a run, or in the last half
+#: to this share of the first: on a torus all parts are alike.
 _PARTS_OF_RUN, _NEARER = 8, 0.8
 COUNTS = ("period", "loops", "events")
 WORDS = ("regime", "recurrence", "stop")
@@ -212,10 +212,14 @@ def parting(
     ----------
     x, v : where the motion was after whole periods, shape (masses,); NaN velocities are those of the drives.
     """
-    times = np.arange(look.decide + 1) * period_of(system)
+    span = period_of(system)
+    times = np.arange(look.decide + 1) * span
+    surface = json.dumps((look.surface or usual_surface(system)).to_dict())
+    returns = Look(0.0, look.decide, look.tolerance, points=look.decide).to_json()
     beside = _BESIDE * max(float(np.abs(x).max()), 1e-3)
     many = isinstance(system, System)
     runs = []
+    settles = False
     for start in (x, x + beside):
         x0, v0 = (start, v) if many else (start[0], v[0])
         orbit = simulate(
@@ -224,22 +228,26 @@ def parting(
         if orbit.stop != "t_end":
             return math.nan, False
         runs.append(np.reshape(orbit.at(times)[0], (len(times), -1)))
-    grown = float(np.abs(runs[1] - runs[0])[len(times) // 2 :].max() / beside)
-    return grown, still_changes(runs[0])
+        met = np.asarray(orbit._steady(returns, span, surface, look.contact)["section_x"][0])
+        settles = still_changes(met[np.isfinite(met)])
+    return float(np.abs(runs[1] - runs[0])[len(times) // 2 :].max() / beside), settles
 
 
 def still_changes(points: Array) -> bool:
-    """Whether points, shape (n, masses), come nearer to repeating all the time, as on the way to a periodic motion.
+    """Whether points of a section, shape (n,), come nearer to repeating all the time, as on the way to a periodic motion.
 
-    Of the distances of each point from that some points later, where these are least: on a torus they stay as they are.
+    Of the distances of each point from that some points later, where these are least: on a torus they stay as they are. Of
+    less than 64 points nothing is said.
 
     >>> n = np.arange(500)
-    >>> still_changes(0.1 * (-0.999) ** n[:, None]), still_changes(0.1 * np.cos(2**0.5 * n)[:, None])
+    >>> still_changes(0.1 * (-0.999) ** n), still_changes(0.1 * np.cos(2**0.5 * n))
     (True, False)
     """
+    if len(points) < 64:
+        return False
 
     def apart(lag: int) -> Array:
-        return np.asarray(np.abs(points[lag:] - points[:-lag]).max(axis=1))
+        return np.asarray(np.abs(points[lag:] - points[:-lag]))
 
     half = len(points) // 2
     nearest = min(range(1, len(points) // 4), key=lambda lag: float(apart(lag)[half:].max()))
