@@ -299,6 +299,27 @@ def test_a_torus_is_not_called_more_than_not_repeating():
     assert rows["parting"][0] < 10
 
 
+def test_a_motion_that_still_settles_is_undecided():
+    # By Runge and Kutta's method with fixed steps the period doubles below 1.8414, and positions one forcing period apart
+    # differ by 0.150 at 1.80, by 2.4e-4 at 1.845 and 2.8e-7 at 1.85 after 1500 periods, less and less.
+    law = ss.laws.smooth_from_function(
+        lambda w: 0.45 + 0.5 / (1 + 3 * w * w) + 0.08 * w + 0.05 * np.exp(-(((w - 1) / 0.3) ** 2)),
+        w_max=6.0,
+        break_away=1.05,
+    )
+    system = ss.Oscillator(0.03, 0.12, law, forcing=ss.Harmonic(0.5, 1.0))
+    look = Look(transient=240, window=60, tolerance=1e-6, decide=500)
+    rows = rows_of(system, "forcing.0.frequency", [1.8, 1.84, 1.845, 1.85, 1.9], look, "closed form")
+    assert rows["recurrence"].tolist() == ["periodic", *["undecided"] * 3, "periodic"]
+    assert rows["period"].tolist() == [2, 0, 0, 0, 1]
+    assert (rows["parting"][1:4] < 1).all()
+    # Above the first Hopf speed, 0.06138, free oscillations come slowly to a small cycle: without forcing there is no torus.
+    free = ss.Oscillator(0.1, 0.0615, law)
+    start = (np.array(float(law.kinetic_force(0.0615)) + 0.005), np.array(0.0), ())
+    rows = Chunk(free.to_json(), ("drive_velocity",), np.array([[0.0615], [0.0617]]), look, start=start).compute()
+    assert rows["recurrence"].tolist() == ["undecided"] * 2
+
+
 @pytest.mark.parametrize(("amplitude", "frequency"), [(0.3, 1.96), (0.1, 1.4125)])
 def test_weak_chaos_is_not_told_before_it_shows(amplitude, frequency):
     system = ss.Oscillator(0.05, 0.3, ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(amplitude, frequency))

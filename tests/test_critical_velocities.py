@@ -297,3 +297,22 @@ def test_a_search_that_ends_early_gives_the_brackets_of_its_runs(monkeypatch, tm
     monkeypatch.setattr(critical, "critical_velocities", lambda *_, **__: found)
     assert main(["critical", str(tmp_path / "system.toml"), "--max-seconds", "1"]) == 0
     assert f"end of stick slip   between {low:.12g} and {high:.12g} (not confirmed)" in capsys.readouterr().out
+
+
+def test_the_command_line_has_the_word_of_each_hopf_point(tmp_path, monkeypatch, capsys):
+    words = ((0.2, "supercritical"), (0.7, "subcritical"))
+    found = critical.CriticalVelocities((("hopf", 0.7), ("fold", 0.5), ("hopf", 0.2)), words)
+    assert found.criticality == "supercritical"
+    monkeypatch.setattr(critical, "critical_velocities", lambda *_, **__: found)
+    path = tmp_path / "free.toml"
+    path.write_text(ss.Oscillator(0.1, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5)).to_toml())
+    main(["critical", str(path)])
+    assert [line.split()[1:] for line in capsys.readouterr().out.splitlines()] == [
+        ["0.7,", "subcritical"],
+        ["0.5"],
+        ["0.2,", "supercritical"],
+    ]
+    main(["critical", str(path), "--json"])
+    said = json.loads(capsys.readouterr().out)
+    assert said["criticality"] == "supercritical"
+    assert said["criticalities"] == [list(word) for word in words]

@@ -203,6 +203,7 @@ def test_a_closed_branch_ends_where_it_meets_its_first_point(forced_slider):
     (branch,) = ss.continuation(forced_slider, "forcing.frequency", (1.5, 2.5), seeds=0).branches
     assert branch.closed
     assert not branch.cut
+    assert branch.ends == ("closed", "closed")
     assert branch.values[-1] == pytest.approx(branch.values[0], abs=1e-12)
     # Each fold once, the outer two at the ends of the range.
     folds = sorted(point.parameter for point in branch.special_points)
@@ -216,6 +217,7 @@ def test_a_branch_that_is_cut_off_says_by_which_limit(forced_slider):
     with pytest.warns(UnfinishedWarning, match="1 of 1 branches were cut off by most; raise most"):
         (branch,) = ss.continuation(forced_slider, "forcing.frequency", (1.5, 2.5), seeds=0, most=4).branches
     assert branch.cut == "most"
+    assert branch.ends == ("most", "most")
     assert not branch.closed
     assert len(branch.values) == 7
 
@@ -247,3 +249,46 @@ def test_a_search_without_time_ends_in_one_sentence(tmp_path, capsys):
     system.write_text(SLIDER.to_toml())
     assert main(["continue", str(system), "--over", "forcing.amplitude=0.19:0.23", "--max-seconds", "1e-9"]) == 2
     assert "continue: no motion to start from was found within max_seconds" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def doubling_slider():
+    """By Runge and Kutta's method with fixed steps its motion from rest has twice the period up to 1.841, one beyond."""
+
+    def friction(w):
+        return 0.45 + 0.5 / (1 + 3 * w * w) + 0.08 * w + 0.05 * np.exp(-(((w - 1) / 0.3) ** 2))
+
+    law = ss.laws.smooth_from_function(friction, w_max=6.0, break_away=1.05)
+    return ss.Oscillator(0.03, 0.12, law, forcing=ss.Harmonic(0.5, 1.7))
+
+
+def test_a_branch_of_twice_the_period_ends_at_the_flip(doubling_slider):
+    result = ss.continuation(doubling_slider, "forcing.frequency", (1.6, 2.0), seeds=3)
+    doubled, single = sorted(result.branches, key=lambda branch: -branch.orbits[0].forcing_periods)
+    (flip,) = single.special_points
+    assert flip.kind == "flip"
+    assert flip.parameter == pytest.approx(1.84138, abs=1e-5)
+    # Beyond it the orbit would be itself, one period of the forcing later: no fold, and no closed curve.
+    assert [point.kind for point in doubled.special_points] == ["flip"]
+    assert not doubled.closed
+    assert (single.ends, doubled.ends) == (("bounds", "bounds"), ("bounds", "flip"))
+    assert ss.switch_branch(result, flip).ends == ("flip", "bounds")
+    assert (doubled.values[0], doubled.values[-1]) == pytest.approx((1.6, flip.parameter), abs=1e-9)
+    assert all(np.diff(doubled.values) > 0)
+    assert doubled.orbit(-1).forcing_periods == 2
+    assert doubled.multiplier[-1] == pytest.approx(1.0, abs=1e-8)
+    assert doubled.special_points[0].orbit.multipliers[0] == pytest.approx(-1.0, abs=1e-8)
+    # Both branches have it.
+    assert [point.kind for point in result.special_points] == ["flip"]
+
+
+def test_the_command_line_says_why_a_branch_ends_within_the_bounds(doubling_slider, tmp_path, capsys):
+    path = tmp_path / "forced.toml"
+    path.write_text(doubling_slider.to_toml())
+    main(["continue", str(path), "--over", "forcing.frequency=1.8:1.9"])
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split("1.8 … ")[1] for line in lines if line.startswith("cycle")] == [
+        "1.84138, ends at 1.84138: flip",
+        "1.9",
+    ]
+    assert sum(line.startswith("flip") for line in lines) == 1

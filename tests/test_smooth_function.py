@@ -23,6 +23,36 @@ def stribeck_slope(w):
     return -np.exp(-w / 0.5) + 0.05
 
 
+def two_slopes(w):
+    return 0.45 + 0.5 / (1 + 3 * w * w) + 0.08 * w + 0.05 * np.exp(-(((w - 1) / 0.3) ** 2))
+
+
+def two_slopes_slope(w):
+    return -3 * w / (1 + 3 * w * w) ** 2 + 0.08 - 0.05 * 2 * (w - 1) / 0.09 * np.exp(-(((w - 1) / 0.3) ** 2))
+
+
+def two_slopes_third(w, h=1e-3):
+    """F″ and F‴ from differences of F′."""
+    below, at, above = (two_slopes_slope(w + shift * h) for shift in (-1, 0, 1))
+    return (above - below) / (2 * h), (above - 2 * at + below) / h**2
+
+
+def swing(velocity, amplitudes, periods, steps=60):
+    """Amplitudes of ẋ after so many periods of slip, by Runge and Kutta's method with fixed steps."""
+
+    def rates(x, v):
+        return np.array([v, two_slopes(velocity - v) - 0.1 * v - x])
+
+    state, h, peaks = np.array([two_slopes(velocity) + 0 * amplitudes, amplitudes]), 2 * np.pi / steps, []
+    for _ in range(periods * steps):
+        a = rates(*state)
+        b = rates(*(state + h / 2 * a))
+        c = rates(*(state + h / 2 * b))
+        state = state + h / 6 * (a + 2 * b + 2 * c + rates(*(state + h * c)))
+        peaks.append(state[1])
+    return np.max(peaks[-steps:], axis=0)
+
+
 BUILT_IN = ExponentialStribeck(1.0, 0.5, scale=0.5, viscous=0.05)
 SMOOTH = smooth_from_function(stribeck, 4.0, stribeck_slope)
 
@@ -133,3 +163,28 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(make, sentence):
     with pytest.raises(ss.InputError, match=sentence) as caught:
         make()
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "words"),
+    [
+        ((0.05, 0.09), ["supercritical"]),
+        pytest.param((0.05, 0.8), ["supercritical", "subcritical"], marks=pytest.mark.slow),
+    ],
+)
+def test_each_hopf_point_has_its_own_criticality(bounds, words):
+    # F‴ is +6.3 at the first and −5.7 at the second.
+    law = smooth_from_function(two_slopes, 6.0, two_slopes_slope, break_away=1.05)
+    system = ss.Oscillator(0.1, 0.12, law)
+    found = ss.critical_velocities(system, bounds)
+    hopfs = [value for kind, value in found.all if kind == "hopf"]
+    assert dict(found.criticalities) == dict(zip(hopfs, words, strict=True))
+    assert found.criticality == words[0]
+    for hopf, word in found.criticalities:
+        _, curvature = two_slopes_third(hopf)
+        assert word == ("supercritical" if curvature > 0 else "subcritical")
+        # Where averaging has the cycle, y² = −8 (D + F′)/F‴, motions from both sides of it draw near or part.
+        side = hopf + 5e-4 * np.sign(-curvature * two_slopes_third(hopf)[0])
+        cycle = np.sqrt(-8 * (0.1 + two_slopes_slope(side)) / curvature)
+        ends = swing(side, cycle * np.array([0.7, 1.3]), periods=100)
+        assert (np.ptp(ends) < np.ptp(cycle * np.array([0.7, 1.3]))) == (word == "supercritical")

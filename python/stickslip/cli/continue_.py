@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from stickslip.dynamics.continuation.branch import Branches
     from stickslip.dynamics.continuation.loci import Locus
 
+#: What a branch that ends within the bounds says, where that is not the kind of its last special point.
+_WHY = {"point": "the cycle shrinks to a point", "lost": "no orbit is found beyond"}
+
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     """Declare the options."""
@@ -119,6 +122,7 @@ def run(options: argparse.Namespace) -> None:
             "to": max(item.values),
             "closed": item.closed,
             "cut": item.cut,
+            "ends": list(zip((item.values[0], item.values[-1]), item.ends, strict=True)),
         }
         for item in result.branches
     ]
@@ -143,7 +147,12 @@ def _say(name: str, branches: list[dict[str, Any]], result: Branches, loci: list
         limit = {"": "", "interrupt": ", cut off by Ctrl-C"}.get(branch["cut"])
         cut = f", cut off by --{branch['cut'].replace('_', '-')}" if limit is None else limit
         closed = ", closed" * branch["closed"]
-        say(f"{kind:20s}{branch['points']} points, {name} {branch['from']:.6g} … {branch['to']:.6g}{closed}{cut}")
+        ends = "".join(
+            f", ends at {value:.6g}: {_WHY.get(why, why.replace('_', ' '))}"
+            for value, why in branch["ends"]
+            if why not in ("", "bounds", "closed", branch["cut"])
+        )
+        say(f"{kind:20s}{branch['points']} points, {name} {branch['from']:.6g} … {branch['to']:.6g}{closed}{ends}{cut}")
     for item in result.special_points:
         say(f"{item.kind.replace('_', ' '):20s}{name} = {item.parameter:.12g}")
     for curve in loci:

@@ -45,14 +45,16 @@ def run(options: argparse.Namespace) -> None:
             spread = {str(name): (row["low"], row["high"], int(row["laws"])) for name, row in table.iterrows()}
     if options.json:
         all_of_them = {"critical_velocities": [list(item) for item in found.all], "criticality": found.criticality}
+        all_of_them["criticalities"] = [list(item) for item in found.criticalities]
         hidden = [[point.kind, point.parameter] for point in found.not_shown]
         neutral = [list(item) for item in found.neutral]
         brackets = [list(item) for item in found.brackets]
         rest = {"not_shown": hidden, "neutral": neutral, "finished": found.finished, "brackets": brackets}
         say_json(all_of_them | rest | ({"intervals": spread} if options.samples is not None else {}))
         return
+    natures = {("hopf", value): f", {word}" for value, word in found.criticalities}
     for kind, value in found.all:
-        nature = f", {found.criticality}" if kind == "hopf" and found.criticality else ""
+        nature = natures.get((kind, value), "")
         say(f"{kind.replace('_', ' ') + ' ':20s}{value:.12g}{nature}")
     if not found:
         say("none in this range" if found.finished else "none confirmed so far")

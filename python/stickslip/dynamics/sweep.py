@@ -45,6 +45,9 @@ MEANINGS = {
 }
 #: How far beside each other two starts are, relative to the position.
 _BESIDE = 1e-9
+#: A motion still changes where its points come nearer to repeating with each of so many parts of a run, or in the last half
+#: to this share of the first: on a torus all parts are alike.
+_PARTS_OF_RUN, _NEARER = 8, 0.8
 COUNTS = ("period", "loops", "events")
 WORDS = ("regime", "recurrence", "stop")
 NUMBERS = tuple(name for name in MEANINGS if name not in (*COUNTS, *WORDS))
@@ -135,11 +138,13 @@ class Chunk:
         look = self.look
         whole = float(look.transient + look.window).is_integer()
         doubtful = (columns["stop"] == "t_end") & (columns["period"] == 0) & bool(look.decide and whole)
+        changes = np.zeros(len(doubtful), bool)
         for row in np.flatnonzero(doubtful):
             system, _ = varied(document, self.paths, values[row].tolist())
             x, v = (columns[name][row] for name in ("x_end", "v_end"))
-            columns["parting"][row] = parting(system, x, v, look, self.limit.left)
-        columns["recurrence"] = recurrence(columns["regime"], columns["period"], columns["parting"], look.decide)
+            columns["parting"][row], changes[row] = parting(system, x, v, look, self.limit.left)
+        words = recurrence(columns["regime"], columns["period"], columns["parting"], look.decide)
+        columns["recurrence"] = np.where(changes & (words == "not_repeating"), "undecided", words)
 
     def _integrated(self, document: dict[str, Any], values: Array) -> dict[str, Array]:
         """Runs under laws with an internal state, one by one from their whole orbits."""
@@ -196,26 +201,59 @@ def columns_of(table: dict[str, Any]) -> dict[str, Array]:
     return columns
 
 
-def parting(system: Oscillator | System, x: Array, v: Array, look: Look, max_seconds: float | None) -> float:
-    """The factor by which the distance of two starts grows in `decide` periods; not a number where a run does not end.
+def parting(
+    system: Oscillator | System, x: Array, v: Array, look: Look, max_seconds: float | None
+) -> tuple[float, bool]:
+    """The factor by which the distance of two starts grows in `decide` periods, and whether the motion still changes.
+
+    The factor is not a number where a run does not end.
 
     Parameters
     ----------
     x, v : where the motion was after whole periods, shape (masses,); NaN velocities are those of the drives.
     """
-    times = np.arange(look.decide + 1) * period_of(system)
+    span = period_of(system)
+    times = np.arange(look.decide + 1) * span
+    surface = json.dumps((look.surface or usual_surface(system)).to_dict())
+    returns = Look(0.0, look.decide, look.tolerance, points=look.decide).to_json()
     beside = _BESIDE * max(float(np.abs(x).max()), 1e-3)
     many = isinstance(system, System)
     runs = []
+    settles = False
     for start in (x, x + beside):
         x0, v0 = (start, v) if many else (start[0], v[0])
         orbit = simulate(
             system, times[-1], x0, None if np.isnan(v).any() else v0, look.max_events, max_seconds=max_seconds
         )
         if orbit.stop != "t_end":
-            return math.nan
+            return math.nan, False
         runs.append(np.reshape(orbit.at(times)[0], (len(times), -1)))
-    return float(np.abs(runs[1] - runs[0])[len(times) // 2 :].max() / beside)
+        met = np.asarray(orbit._steady(returns, span, surface, look.contact)["section_x"][0])
+        settles = still_changes(met[np.isfinite(met)])
+    return float(np.abs(runs[1] - runs[0])[len(times) // 2 :].max() / beside), settles
+
+
+def still_changes(points: Array) -> bool:
+    """Whether points of a section, shape (n,), come nearer to repeating all the time, as on the way to a periodic motion.
+
+    Of the distances of each point from that some points later, where these are least: on a torus they stay as they are. Of
+    less than 64 points nothing is said.
+
+    >>> n = np.arange(500)
+    >>> still_changes(0.1 * (-0.999) ** n), still_changes(0.1 * np.cos(2**0.5 * n))
+    (True, False)
+    """
+    if len(points) < 64:
+        return False
+
+    def apart(lag: int) -> Array:
+        return np.asarray(np.abs(points[lag:] - points[:-lag]))
+
+    half = len(points) // 2
+    nearest = min(range(1, len(points) // 4), key=lambda lag: float(apart(lag)[half:].max()))
+    parts = np.array([part.max() for part in np.array_split(apart(nearest), _PARTS_OF_RUN)])
+    halves = parts.reshape(2, -1).max(axis=1)
+    return bool((np.diff(parts) < 0).all() or halves[1] < _NEARER * halves[0])
 
 
 def start_of(system: Oscillator | System, x0: ArrayLike | None, v0: ArrayLike | None, where: str) -> Start:

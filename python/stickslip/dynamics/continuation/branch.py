@@ -83,6 +83,11 @@ class Branch(InNotebook):
     closed : whether the curve is closed: its last point is its first.
     cut : the limit by which the curve ended though it goes on, ``"most"`` or ``"max_seconds"``, or ``"interrupt"`` for
         Ctrl-C; empty where none did.
+    ends : why the curve ends at its first and at its last point: ``"bounds"``, ``"closed"``, ``"flip"`` where the orbit is
+        one of half its period taken twice, the kind of a sliding bifurcation or nonsmooth fold beyond which no orbit is
+        found, ``"point"`` where the cycle shrinks to one, ``"vanishing_stick"``, ``"lost"`` where no orbit is found however
+        small the step, or the word of `cut`; that of the special point where :func:`stickslip.switch_branch` begins; empty
+        for steady slip.
     """
 
     kind: str
@@ -97,6 +102,7 @@ class Branch(InNotebook):
     orbits: list[Cycle] = field(default_factory=list, repr=False, compare=False)
     closed: bool = False
     cut: str = ""
+    ends: tuple[str, str] = ("", "")
 
     def orbit(self, index: int) -> Cycle:
         """The orbit of a point, stable or not: its period, multipliers, phases and, as ``.orbit``, its motion.
@@ -159,19 +165,21 @@ class Branch(InNotebook):
             for name in (*COLUMNS, "orbits"):
                 del getattr(self, name)[rows:]
             self.cut = "interrupt"
+            self.ends = ("", self.cut)
             raise Interrupted(self) from None
 
     def reversed(self) -> Branch:
         """The same curve from its other end."""
         lists = {name: getattr(self, name)[::-1] for name in (*COLUMNS, "special_points", "orbits")}
-        return replace(self, **lists)
+        return replace(self, **lists, ends=self.ends[::-1])
 
     def joined(self, other: Branch) -> Branch:
         """The curve of both, where the other starts at the end of this one."""
         columns = {name: getattr(self, name) + getattr(other, name)[1:] for name in COLUMNS}
         points = self.special_points + other.special_points
         orbits, cut = self.orbits + other.orbits[1:], self.cut or other.cut
-        return Branch(self.kind, **columns, special_points=points, orbits=orbits, cut=cut)
+        ends = (self.ends[0], other.ends[1])
+        return Branch(self.kind, **columns, special_points=points, orbits=orbits, cut=cut, ends=ends)
 
 
 def both_ways_of(go: Callable[[float], Branch]) -> Branch:
@@ -220,10 +228,18 @@ class Branches(InNotebook):
 
     @property
     def special_points(self) -> list[SpecialPoint]:
-        """Those of all branches, by parameter."""
-        return sorted(
-            (item for branch in self.branches for item in branch.special_points), key=lambda item: item.parameter
-        )
+        """Those of all branches, by parameter; a flip at which a branch of twice the period ends is one."""
+        found: list[SpecialPoint] = []
+        for item in (item for branch in self.branches for item in branch.special_points):
+            if item.kind != "flip" or not any(self._same_flip(item, other) for other in found):
+                found.append(item)
+        return sorted(found, key=lambda item: item.parameter)
+
+    def _same_flip(self, one: SpecialPoint, other: SpecialPoint) -> bool:
+        low, high = self.bounds
+        if other.kind != "flip" or abs(one.parameter - other.parameter) > _SAME_ORBIT * (high - low):
+            return False
+        return same_motion(one.orbit, other.orbit)
 
     def to_xarray(self) -> xr.Dataset:
         """The branches over ``branch`` and ``point`` (NaN where a branch has fewer), the special points over ``special``."""
@@ -246,6 +262,7 @@ class Branches(InNotebook):
             "special_boundary": ("special", np.array([item.boundary for item in points], dtype=str)),
             "special_parameter": ("special", np.array([item.parameter for item in points], float)),
             "cut": ("branch", np.array([branch.cut for branch in self.branches], dtype=str)),
+            "ends": (("branch", "end"), np.array([branch.ends for branch in self.branches], dtype=str).reshape(-1, 2)),
             "special_x": (("special", "end"), np.array([item.x for item in points], float).reshape(-1, 2)),
         }
         attrs = {

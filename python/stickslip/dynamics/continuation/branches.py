@@ -78,7 +78,8 @@ def continuation(
 
     Returns
     -------
-    Branches. A closed curve ends where it meets its first point again.
+    Branches. A closed curve ends where it meets its first point again, one of twice the period at the flip it comes from;
+    ``ends`` of each says why.
 
     Raises
     ------

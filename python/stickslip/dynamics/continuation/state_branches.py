@@ -62,17 +62,18 @@ class StateWalk:
     def _go(self, point: _Point) -> Branch:
         branch = Branch("cycle")
         with branch.kept():
-            self._follow(point, branch)
+            branch.ends = ("", self._follow(point, branch))
         return branch
 
-    def _follow(self, point: _Point, branch: Branch) -> None:
+    def _follow(self, point: _Point, branch: Branch) -> str:
+        """Add the points; why they end."""
         step = 0.02
         low, high = self.bounds
         branch.add(point.cycle, point.value)
         while step >= _SMALLEST:
             if len(branch.values) >= self.most or self.limit.passed:
                 branch.cut = "most" if len(branch.values) >= self.most else "max_seconds"
-                break
+                return branch.cut
             if self.progress is not None:
                 self.progress(len(branch.values), self.most)
             try:
@@ -92,9 +93,10 @@ class StateWalk:
                     branch.add(end.cycle, bound)
                 except (Lost, InputError):
                     pass
-                break
+                return "bounds"
             branch.add(ahead.cycle, ahead.value)
             point, step = ahead, min(1.5 * step, _LARGEST)
+        return "lost"
 
     def _predicted(self, point: _Point, step: float, value: float | None = None) -> tuple[StateCycle, float]:
         cycle, width = point.cycle, point.cycle.flow.width

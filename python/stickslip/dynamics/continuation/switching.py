@@ -80,7 +80,8 @@ def switch_branch(
         )
     if start is None:
         raise InputError(f"switch_branch: no other branch is found beside the {point.kind} at {point.parameter:.9g}")
-    return Walk(family, most, progress, limit).go(start)
+    branch = Walk(family, most, progress, limit).go(start)
+    return branch if branch.closed else replace(branch, ends=(point.kind, branch.ends[1]))
 
 
 def _aside(point: Point, family: Family, *, double: bool) -> Point | None:

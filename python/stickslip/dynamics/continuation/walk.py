@@ -13,6 +13,7 @@ from stickslip.dynamics.continuation import switching_boundaries
 from stickslip.dynamics.continuation.arclength import Family, Label, Point, axis, consistent, corrected, stepped
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of, same_motion
 from stickslip.dynamics.continuation.conditions import TESTS, root
+from stickslip.dynamics.continuation.halving import halving
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic.cycles import finished, unchecked
 from stickslip.dynamics.periodic.poincare_map import Lost, size_of
@@ -55,10 +56,13 @@ class Walk:
     def go(self, point: Point) -> Branch:
         """From a point until the parameter leaves its bounds, the cycle is a point, the curve closes or no way goes on."""
         with self.branch.kept():
-            self._go(point)
+            self.branch.ends = ("", self._go(point))
+        if self.branch.closed:
+            self.branch.ends = ("closed", "closed")
         return self.branch
 
-    def _go(self, point: Point) -> None:
+    def _go(self, point: Point) -> str:
+        """Add the points; why they end."""
         low, high = self.family.ranges[0]
         self._add(point)
         largest = self._size()
@@ -68,16 +72,16 @@ class Walk:
             progress(len(self.branch.values), self.most)
             if self.limit.passed:
                 self.branch.cut = "max_seconds"
-                break
+                return self.branch.cut
             try:
                 ahead = stepped(point, point.here.forcing_periods, self.family, step)
             except Lost:
                 ahead = None
             if ahead is None or not consistent(ahead.here):
                 if self._size() < 0.1 * largest and self._shrunk(point):
-                    break
+                    return "point"
                 if self._unstuck(point):
-                    break
+                    return "vanishing_stick"
                 boundary = switching_boundaries.nearest(point, ahead, step, self.family)
                 if boundary is not None and step > 1e-3:
                     # Closer first: a fold may lie before it.
@@ -86,54 +90,64 @@ class Walk:
                 if boundary is not None:
                     past = self._cross(point, *boundary)
                     if past is None:
-                        break
+                        return self.branch.special_points[-1].kind
                     try:
                         self._add(past)
                     except InputError:
-                        break
+                        return "lost"
                     point, step = past, 0.003
                     continue
                 step /= 2
                 if step < _SMALLEST or self.branch.multiplier[-1] > _REPELS:
-                    break
+                    return "lost"
                 continue
             known = (point.direction != 0) | (ahead.direction != 0)
             if float(point.direction[known] @ ahead.direction[known]) < 0.9 and step > 20 * _SMALLEST:
                 step /= 2
                 continue
+            halved = halving(point, ahead, self.family)
+            if halved is not None and step > 1e-3:
+                # Closer first: a fold may lie before it.
+                step /= 4
+                continue
+            if halved is not None:
+                flip, end = halved
+                self._special("flip", flip)
+                self._add(end)
+                return "flip"
             closing = self._closing(point, ahead, step)
             if closing is not None:
                 share, first = closing
                 self._between(point, first, share * step)
                 self._add(first)
                 self.branch.closed = True
-                break
+                return "closed"
             if self._between(point, ahead, step):
                 if self._size() > _POINT * largest and step > 20 * _SMALLEST:
                     # Closer first, so that the branch reaches to its end.
                     step /= 4
                     continue
                 self._shrunk(point)
-                break
+                return "point"
             if not low <= ahead.values[0] <= high:
                 self._finish(point, low if ahead.values[0] < low else high)
-                break
+                return "bounds"
             try:
                 self._add(ahead)
             except InputError:
                 # Beside a tangency even the orbit that was just closed may not be followed again.
                 step /= 2
                 if step < _SMALLEST:
-                    break
+                    return "lost"
                 continue
             point = ahead
             if point.here.forcing_periods == 0 and self._size() < _POINT * largest:
                 self._shrunk(point)
-                break
+                return "point"
             largest = max(largest, self._size())
             step = min(step * 1.4, _LARGEST)
-        else:
-            self.branch.cut = "most"
+        self.branch.cut = "most"
+        return self.branch.cut
 
     def _closing(self, point: Point, ahead: Point, step: float) -> tuple[float, Point] | None:
         """The first point of the branch where it lies between two points, and at which share of the step."""

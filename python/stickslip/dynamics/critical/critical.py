@@ -59,17 +59,18 @@ Sides = tuple[Shown, Shown]
 class CriticalVelocities(Mapping[str, float], InNotebook):
     """Critical drive velocities by name, the lowest of each; `all` has every one.
 
-    `criticality` says whether the cycle born at a smooth Hopf point is stable. `neutral` has the ranges of the drive velocity
-    in which small disturbances of steady slip neither grow nor decay. `special_points` are those of the cycles that were
-    followed; `not_shown` are those among them where runs on both sides end in the same motion, as on cycles that repel: there
-    it is the set of starts which lead to each motion that changes. Not `finished` is a search that ended after its limit of
-    time, with what it had confirmed; `brackets` has (name, low, high) of what runs from rest show by then, where nothing that
-    is confirmed explains it: stick-slip ends or begins between two speeds. Of several masses also a search that is finished
-    may leave some.
+    `criticalities` has (drive velocity, word) of each smooth Hopf point of one mass: ``"supercritical"`` where the cycle born
+    there is stable, ``"subcritical"`` where it repels, ``"degenerate"`` where F‴ vanishes; `criticality` is the word at
+    ``["hopf"]``. `neutral` has the ranges of the drive velocity in which small disturbances of steady slip neither grow nor
+    decay. `special_points` are those of the cycles that were followed; `not_shown` are those among them where runs on both
+    sides end in the same motion, as on cycles that repel: there it is the set of starts which lead to each motion that
+    changes. Not `finished` is a search that ended after its limit of time, with what it had confirmed; `brackets` has (name,
+    low, high) of what runs from rest show by then, where nothing that is confirmed explains it: stick-slip ends or begins
+    between two speeds. Of several masses also a search that is finished may leave some.
     """
 
     all: tuple[tuple[str, float], ...]
-    criticality: str | None = None
+    criticalities: tuple[tuple[float, str], ...] = ()
     special_points: tuple[SpecialPoint, ...] = field(default=(), repr=False)
     neutral: tuple[tuple[float, float], ...] = ()
     finished: bool = True
@@ -86,6 +87,11 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
 
     def __len__(self) -> int:
         return len({kind for kind, _ in self.all})
+
+    @property
+    def criticality(self) -> str | None:
+        """That of the lowest smooth Hopf point, ``["hopf"]``; None where there is none, or of several masses."""
+        return dict(self.criticalities).get(self.get("hopf", math.nan))
 
     @property
     def not_shown(self) -> tuple[SpecialPoint, ...]:
@@ -171,8 +177,8 @@ def critical_velocities(
     shrinks linearly to a point), ``"end_of_stick_slip"`` (the greatest velocity up to which stick-slip exists),
     ``"onset_of_stick_slip"`` (found by runs alone), either with ``"_from_rest"`` where stick-slip goes on beyond and only the
     run from rest no longer comes to it, ``"nonsmooth_fold"``, ``"grazing_sliding"``, ``"fold"``.
-    ``.criticality`` says by F‴(s) whether the cycle at the smooth Hopf point is stable, ``.neutral`` where slip is neutral,
-    D + F′(s) = 0: a centre, as without damping under constant kinetic friction.
+    ``.criticality`` says by F‴(s) whether the cycle born at ``"hopf"`` is stable, ``.criticalities`` so of every smooth Hopf
+    point, ``.neutral`` where slip is neutral, D + F′(s) = 0: a centre, as without damping under constant kinetic friction.
 
     Raises
     ------
@@ -206,7 +212,9 @@ def critical_velocities(
         )
     steady, neutral = steady_changes(system, _PATH, (low, high))
     smooth = [value for kind, value in steady if kind == "hopf"]
-    nature = criticality(system, _PATH, smooth[-1], high - low) if smooth and isinstance(system, Oscillator) else None
+    natures: tuple[tuple[float, str], ...] = ()
+    if isinstance(system, Oscillator):
+        natures = tuple((value, criticality(system, _PATH, value, high - low)) for value in smooth)
     found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
     watch = _Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))
@@ -220,13 +228,15 @@ def critical_velocities(
             stacklevel=2,
         )
         brackets = _brackets(sweeps[0], found)
-        return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral), False, brackets)
+        return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral), False, brackets)
     if isinstance(system, Oscillator):
         found += [("end_of_stick_slip", max(ends))] if ends else []
-        return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral))
+        return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral))
     # Stick-slip of several masses may end and begin again, and what does so may not be told from a transient.
     found += [("end_of_stick_slip", value) for value in sorted(set(ends))]
-    return CriticalVelocities(tuple(found), nature, tuple(points), tuple(neutral), brackets=_brackets(sweeps[0], found))
+    return CriticalVelocities(
+        tuple(found), natures, tuple(points), tuple(neutral), brackets=_brackets(sweeps[0], found)
+    )
 
 
 def _checked(system: Oscillator | System) -> float:
