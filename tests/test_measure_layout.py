@@ -67,6 +67,32 @@ def test_units_of_a_rig_are_turned_to_si() -> None:
     assert quantity("speed", "60 rpm", ("angular_speed",), "x") == pytest.approx(2 * np.pi)
 
 
+@pytest.mark.parametrize(
+    ("text", "dimension", "size"),
+    [
+        ("1 kN/m", "stiffness", 1e3),
+        ("1 MN/m", "stiffness", 1e6),
+        ("1 kN/mm", "stiffness", 1e6),
+        ("1 lbf/in", "stiffness", 175.12683524647636),
+        ("1 kNm/deg", "torsional_stiffness", 180e3 / np.pi),
+        ("1 N/(mm s)", "stiffness", None),
+        ("1 mm/s^2", "acceleration", 1e-3),
+        ("1 rev/min", "angular_speed", np.pi / 30),
+        ("1 g cm2", "inertia", 1e-7),
+        ("1 mm", "stiffness", None),
+        ("1 1/s", "frequency", None),  # radians or turns?
+        ("1 gf", "force", 9.80665e-3),
+        ("3.5 mm", "length", 3.5e-3),
+    ],
+)
+def test_a_unit_may_be_made_of_known_parts(text: str, dimension: str, size: float | None) -> None:
+    if size is None:
+        with pytest.raises(ss.InputError, match="the unit must be one of"):
+            quantity("k", text, (dimension,), "rig")
+    else:
+        assert quantity("k", text, (dimension,), "rig") == pytest.approx(size, rel=1e-15)
+
+
 def test_a_window_keeps_what_lies_inside() -> None:
     record = as_record({"1": T, "2": X}, spring(read=Layout(window=(1.0, 7.5))))
     assert record.time[0] == 1.0
