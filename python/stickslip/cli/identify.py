@@ -67,7 +67,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--zero-error", type=float, metavar="LENGTH", help="of the displacement instrument, for --trajectories"
     )
     command.add_argument(
-        "--scale-error", type=float, metavar="PART", help="of the displacement instrument, for --trajectories"
+        "--scale-error",
+        type=float,
+        metavar="PART",
+        help="of the displacement instrument, for --trajectories; default what the records state, as those from films do",
     )
     command.add_argument(
         "--steady",
@@ -217,7 +220,7 @@ def _refine(
     starts: int = 8,
     profile: bool = False,
     zero_error: float = 0.0,
-    scale_error: float = 0.0,
+    scale_error: float | None = None,
     output: str | None = None,
 ) -> Identification:
     from stickslip.identification import fit_trajectories

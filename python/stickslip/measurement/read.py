@@ -51,6 +51,7 @@ class Record:
     weight : (n,) 0 for a sample that is missing (its signal is a line between its neighbours) and 1 for all others; None
         where none is missing.
     error : standard error of a sample as the file states it (``x_error`` of a motion), in the unit of the signal, or None.
+    scale_error : relative standard error that all its lengths share, as a motion states it; 0 where nothing is stated.
     """
 
     time: Array
@@ -59,6 +60,7 @@ class Record:
     notes: tuple[str, ...] = ()
     weight: Array | None = None
     error: float | None = None
+    scale_error: float = 0.0
 
     @property
     def step(self) -> float:
@@ -174,7 +176,20 @@ def as_record(source: Any, rig: Rig) -> Record:
     stated = table.columns.get(f"{column}_error", np.zeros(0))
     stated = stated[np.isfinite(stated)]
     error = float(np.median(stated)) if len(stated) else None
-    return Record(time, signal, table.source, tuple(notes), weight, error)
+    scale_error = _scale_error(source, rig, table.unit_of(column))
+    if scale_error:
+        notes.append(
+            f"all lengths share a relative standard error of {100 * scale_error:.2g} % (scale_error of the motion), and so do the "
+            "forces k x; force_error does not hold it, and of the intervals only those of --trajectories do"
+        )
+    return Record(time, signal, table.source, tuple(notes), weight, error, scale_error)
+
+
+def _scale_error(source: Any, rig: Rig, unit: str | None) -> float:
+    """Relative error of the lengths of a motion; 0 for pixels, whose size the rig states, and for other records."""
+    stated = getattr(source, "attrs", {}).get("scale_error", 0.0)
+    known = rig.instrument == "displacement" and unit != "px" and isinstance(stated, int | float | np.floating)
+    return float(stated) if known and np.isfinite(stated) and stated > 0 else 0.0
 
 
 def table_of(source: Any) -> Table:
