@@ -357,8 +357,15 @@ def _fit_static(files: list[str]) -> Any:
 
 
 def _deliver_table(
-    found: Any, *, output: str | None = None, plot: str | None = None, report: str | None = None, json: bool = False
+    found: Any,
+    *,
+    no_simulation: bool = False,
+    output: str | None = None,
+    plot: str | None = None,
+    report: str | None = None,
+    json: bool = False,
 ) -> None:
+    del no_simulation  # no motion is fitted, so none is simulated: one command serves records of all kinds
     if output:
         found.save(output)
     if plot:
