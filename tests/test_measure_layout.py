@@ -100,7 +100,10 @@ def test_a_window_keeps_what_lies_inside() -> None:
 
 
 def test_a_window_cuts_a_record_at_its_gap_and_at_bad_rows() -> None:
-    t, x = 1000 * np.delete(np.arange(200) / 10, slice(120, 150)), np.sin(np.delete(np.arange(200) / 10, slice(120, 150)))
+    t, x = (
+        1000 * np.delete(np.arange(200) / 10, slice(120, 150)),
+        np.sin(np.delete(np.arange(200) / 10, slice(120, 150))),
+    )
     with pytest.raises(ss.InputError) as caught:
         as_record({"1": t, "2": x}, spring(time_unit="ms"))
     found = re.search(r"window = \[(.+), (.+)\] \(in s\)", str(caught.value))

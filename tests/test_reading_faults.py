@@ -31,7 +31,10 @@ def changed(first: int, last: int, value: float, step: int = 1) -> np.ndarray:
             f"column 'torque': {np.count_nonzero(TORQUE >= 14)} readings (33 %) equal the largest value, 14: saturated?",
         ),
         (changed(1000, 2500, TORQUE[1000]), "1500 equal readings in a row (5 to 12.495 s): frozen?"),
-        (changed(0, 4000, -999, 70), "58 readings are exactly -999, far outside all others: a code for missing values?"),
+        (
+            changed(0, 4000, -999, 70),
+            "58 readings are exactly -999, far outside all others: a code for missing values?",
+        ),
     ],
 )
 def test_a_fault_is_named_with_its_numbers(torque: np.ndarray, words: str) -> None:

@@ -268,9 +268,7 @@ def check_finite(values: Array, column: str, table: Table, missing: str) -> None
         )
 
 
-def _time(
-    table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[str]
-) -> tuple[Array, str | None]:
+def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[str]) -> tuple[Array, str | None]:
     """Times in s as they stand in the record, and the column they stand in, None where they were counted."""
     name = table.source
     if wanted is None:
