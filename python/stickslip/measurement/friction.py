@@ -83,7 +83,8 @@ def measure(
     `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
     that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; `break_away_late`, the
     standard error in s by which all break-aways of the record may be early or late together (it is in their errors too);
-    `scale_error`, the relative error that all lengths share, where the motion states one; for other instruments the names in `facts`.
+    `scale_error`, the relative error that all lengths share, where the motion states one; for other instruments the names
+    in `facts`.
 
     Raises
     ------

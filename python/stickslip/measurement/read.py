@@ -179,8 +179,8 @@ def as_record(source: Any, rig: Rig) -> Record:
     scale_error = _scale_error(source, rig, table.unit_of(column))
     if scale_error:
         notes.append(
-            f"all lengths share a relative standard error of {100 * scale_error:.2g} % (scale_error of the motion), and so do the "
-            "forces k x; force_error does not hold it, and of the intervals only those of --trajectories do"
+            f"all lengths share a relative standard error of {100 * scale_error:.2g} % (scale_error of the motion), and so "
+            "do the forces k x; force_error does not hold it, and of the intervals only those of --trajectories do"
         )
     return Record(time, signal, table.source, tuple(notes), weight, error, scale_error)
 
@@ -377,7 +377,7 @@ def check_increasing(time: Array, column: str, table: Table) -> None:
         remedy = (
             f"if the clock starts again there, [read] segment = 1 to {starts} takes one part"
             if starts > 1
-            else "remove rows that were written twice; where stamps are rounded, give the rig a sampling_rate and no time column"
+            else "remove rows written twice; where stamps are rounded, give the rig a sampling_rate and no time column"
         )
         raise InputError(
             f"{table.source}: row {table.row(row)}, column {column!r} {what} {time[row]:g} ({len(bad)} such in all); "

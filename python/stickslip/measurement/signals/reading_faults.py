@@ -65,11 +65,11 @@ def reading_faults(readings: Array, time: Array, *, noisy: bool) -> list[str]:
     short = lengths[~np.isin(values, [0, *ends]) & ~long]
     if long.any() and 10 * max(short, default=0) <= FROZEN:
         worst = int(np.argmax(np.where(long, lengths, 0)))
-        start = edges[worst]
+        start, end = time[edges[worst]], time[edges[worst] + lengths[worst] - 1]
         more = f" ({np.count_nonzero(long)} such runs in all)" if np.count_nonzero(long) > 1 else ""
         said.append(
-            f"{lengths[worst]} equal readings in a row ({time[start]:.6g} to {time[start + lengths[worst] - 1]:.6g} s){more}: "
-            "frozen? leave that part out ([read] window)"
+            f"{lengths[worst]} equal readings in a row ({start:.6g} to {end:.6g} s){more}: frozen? "
+            "leave that part out ([read] window)"
         )
     return said
 
