@@ -159,6 +159,13 @@ def test_what_is_not_used_is_refused_with_what_to_do(path, asked, words, files, 
     assert words in capsys.readouterr().err
 
 
+def test_a_command_without_a_simulation_serves_records_of_all_kinds(files, capsys):
+    assert main(["identify", str(files["curve"][0])]) == 0
+    plain = capsys.readouterr()
+    assert main(["identify", str(files["curve"][0]), "--no-simulation"]) == 0
+    assert capsys.readouterr() == plain
+
+
 @pytest.mark.parametrize("path", ["curve", "static", "step"])
 def test_a_fit_to_tables_has_a_page_too(path, files, tmp_path):
     name, chosen_by = files[path]

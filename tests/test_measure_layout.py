@@ -1,6 +1,7 @@
 """Files with odd layouts, units at the border, and what is refused in which words."""
 
 import json
+import re
 import struct
 from pathlib import Path
 
@@ -66,10 +67,70 @@ def test_units_of_a_rig_are_turned_to_si() -> None:
     assert quantity("speed", "60 rpm", ("angular_speed",), "x") == pytest.approx(2 * np.pi)
 
 
+@pytest.mark.parametrize(
+    ("text", "dimension", "size"),
+    [
+        ("1 kN/m", "stiffness", 1e3),
+        ("1 MN/m", "stiffness", 1e6),
+        ("1 kN/mm", "stiffness", 1e6),
+        ("1 lbf/in", "stiffness", 175.12683524647636),
+        ("1 kNm/deg", "torsional_stiffness", 180e3 / np.pi),
+        ("1 N/(mm s)", "stiffness", None),
+        ("1 mm/s^2", "acceleration", 1e-3),
+        ("1 rev/min", "angular_speed", np.pi / 30),
+        ("1 g cm2", "inertia", 1e-7),
+        ("1 mm", "stiffness", None),
+        ("1 1/s", "frequency", None),  # radians or turns?
+        ("1 gf", "force", 9.80665e-3),
+        ("3.5 mm", "length", 3.5e-3),
+    ],
+)
+def test_a_unit_may_be_made_of_known_parts(text: str, dimension: str, size: float | None) -> None:
+    if size is None:
+        with pytest.raises(ss.InputError, match="the unit must be one of"):
+            quantity("k", text, (dimension,), "rig")
+    else:
+        assert quantity("k", text, (dimension,), "rig") == pytest.approx(size, rel=1e-15)
+
+
 def test_a_window_keeps_what_lies_inside() -> None:
     record = as_record({"1": T, "2": X}, spring(read=Layout(window=(1.0, 7.5))))
     assert record.time[0] == 1.0
     assert record.time[-1] < 7.5
+
+
+def test_a_window_cuts_a_record_at_its_gap_and_at_bad_rows() -> None:
+    t, x = (
+        1000 * np.delete(np.arange(200) / 10, slice(120, 150)),
+        np.sin(np.delete(np.arange(200) / 10, slice(120, 150))),
+    )
+    with pytest.raises(ss.InputError) as caught:
+        as_record({"1": t, "2": x}, spring(time_unit="ms"))
+    found = re.search(r"window = \[(.+), (.+)\] \(in s\)", str(caught.value))
+    assert found is not None
+    window = float(found[1]), float(found[2])
+    record = as_record({"1": t, "2": x}, spring(time_unit="ms", read=Layout(window=window)))
+    np.testing.assert_allclose(record.time, np.arange(120) / 10)
+    # what lies outside is not checked
+    t[130], x[140] = t[129], np.nan
+    np.testing.assert_array_equal(
+        as_record({"1": t, "2": x}, spring(time_unit="ms", read=Layout(window=window))).signal, record.signal
+    )
+    x[50] = np.nan
+    with pytest.raises(ss.InputError, match="row 50, column '2' is NaN \\(1 such in all\\)"):
+        as_record({"1": t, "2": x}, spring(time_unit="ms", read=Layout(window=window)))
+
+
+def test_repeated_stamps_name_a_way_out() -> None:
+    rounded = {"t": np.floor(T), "f": X}
+    with pytest.raises(ss.InputError, match="give the rig a sampling_rate and no time column"):
+        measure(rounded, LOG)
+    with pytest.raises(ss.InputError, match="give the rig a sampling_rate and no time column"):
+        as_record({"t": np.floor(T), "x": X}, spring(time_column="t", column="x"))
+    table = {"instrument": "displacement", "column": "x", "stiffness": 1, "mass": 1, "drive_velocity": 1}
+    rig = load_rig({**table, "sampling_rate": 10})
+    assert isinstance(rig, Rig)
+    np.testing.assert_allclose(as_record({"t": np.floor(T), "x": X}, rig).time, T)
 
 
 def test_matlab_cells_are_joined(tmp_path: Path) -> None:

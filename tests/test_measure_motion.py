@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
+from stickslip.identification import fit_trajectories
 from stickslip.measurement import Rig, facts, measure, motion, notes, spectrum, spectrum_over_time
 
 DRIVES = (0.2, 0.3)
@@ -90,6 +91,23 @@ def test_an_error_that_the_scatter_contradicts_is_told() -> None:
     boasting = film().assign(x_error=film()["x_error"] / 10)
     tree = measure(boasting, dropping(), mass="left")
     assert any("good to 5e-05" in note and "the scatter was believed" in note for note in tree.attrs["notes"])
+
+
+def test_the_error_of_the_scale_goes_from_the_film_to_the_law(tmp_path: Path) -> None:
+    stated = film().assign_attrs(scale_error=1.4e-3)
+    stated.to_netcdf(tmp_path / "motion.nc", engine="h5netcdf")
+    tree = measure(tmp_path / "motion.nc", dropping(), mass="left")
+    said = "all lengths share a relative standard error of 0.14 % (scale_error of the motion)"
+    assert any(said in note for note in notes(tree))
+    found = ss.identify(tree, law="StaticKinetic")
+    assert any(said in note for note in found.notes)
+    widened, given = fit_trajectories(found, starts=1), fit_trajectories(found, starts=1, scale_error=1.4e-3)
+    assert "--scale-error 0.0014" in widened.command
+    np.testing.assert_array_equal(widened.parameters["error"], given.parameters["error"])
+    alone = fit_trajectories(found, starts=1, scale_error=0.0)
+    assert alone.parameters.loc["kinetic", "error"] < widened.parameters.loc["kinetic", "error"]
+    # nothing is said where nothing is stated
+    assert not any("scale_error" in note for note in notes(measure(film(), dropping(), mass="left")))
 
 
 def test_motion_of_all_masses_is_one_data_set() -> None:

@@ -74,7 +74,7 @@ def test_example_rigs_are_read() -> None:
         (('instrument = "spring_force"', 'instrument = "spring-force"'), "did you mean 'spring_force'"),
         (
             ('unit = "mg"', 'unit = "tonne"'),
-            "unit of a spring_force record must be one of N, mg, 1, mN, cN, daN, kN, lb, kip, kgf, gf, got 'tonne'",
+            "unit of a spring_force record must be one of N, mg, 1, mN, cN, daN, kN, MN, lb, kip, kgf, gf, got 'tonne'",
         ),
         (("mass = 0.0307", "mass = "), "not a TOML document"),
     ],

@@ -104,3 +104,7 @@ def test_a_drive_that_holds_its_speeds_is_drawn_by_its_holds() -> None:
     assert over_time.get_xlim() == (T[0], T[-1])
     assert holds.get_xscale() == "log"
     np.testing.assert_allclose(holds.lines[0].get_xdata(), [1e-6, 20e-6], rtol=0.02)
+    same = measure({**record, "x": 3.0 * T}, {"instrument": "velocity_steps", "columns": columns})
+    low, high = ss.show.friction_record(same)[2].get_xlim()
+    assert low == 0
+    assert high == pytest.approx(6e-6)

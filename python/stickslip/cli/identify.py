@@ -71,7 +71,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--zero-error", type=float, metavar="LENGTH", help="of the displacement instrument, for --trajectories"
     )
     command.add_argument(
-        "--scale-error", type=float, metavar="PART", help="of the displacement instrument, for --trajectories"
+        "--scale-error",
+        type=float,
+        metavar="PART",
+        help="of the displacement instrument, for --trajectories; default what the records state, as those from films do",
     )
     command.add_argument(
         "--steady",
@@ -221,7 +224,7 @@ def _refine(
     starts: int = 8,
     profile: bool = False,
     zero_error: float = 0.0,
-    scale_error: float = 0.0,
+    scale_error: float | None = None,
     output: str | None = None,
 ) -> Identification:
     from stickslip.identification import fit_trajectories
@@ -358,8 +361,15 @@ def _fit_static(files: list[str]) -> Any:
 
 
 def _deliver_table(
-    found: Any, *, output: str | None = None, plot: str | None = None, report: str | None = None, json: bool = False
+    found: Any,
+    *,
+    no_simulation: bool = False,
+    output: str | None = None,
+    plot: str | None = None,
+    report: str | None = None,
+    json: bool = False,
 ) -> None:
+    del no_simulation  # no motion is fitted, so none is simulated: one command serves records of all kinds
     if output:
         found.save(output)
     if plot:

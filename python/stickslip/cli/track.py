@@ -37,7 +37,11 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--frame-rate", type=float, metavar="HZ", help="pictures per second of the camera")
     command.add_argument("--times", metavar="FILE", help="text file with one time a line")
     command.add_argument("--scale", type=float, metavar="PX", help="px per m; a setup file knows other calibrations")
-    command.add_argument("-o", "--output", metavar="MOTION.nc|FOLDER", help="the motion file; for many films a folder")
+    command.add_argument(
+        "-o", "--output", metavar="MOTION.nc|FOLDER",
+        help="the motion file; for many films a folder; x, and so the rest of a rig, counts from the calibration's zero: the "
+        "first of two points, position 0 of marks, the picture's upper left corner for a scale, or the origin of the setup",
+    )  # fmt: skip
     command.add_argument("--check", metavar="FILM.avi|FOLDER", help="write the film with the tracks drawn in")
     command.add_argument(
         "--plot", metavar="FILE.png", help="draw the tracks over the film; of many films FILE-FILM.png each"

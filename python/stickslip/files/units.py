@@ -22,7 +22,7 @@ UNITS: dict[str, dict[str, float]] = {
     "speed": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "um/s": 1e-6, "in/s": 0.0254},
     "angular_speed": {"rad/s": 1.0, "deg/s": math.pi / 180, "rpm": math.pi / 30},
     "force": {
-        "N": 1.0, "mN": 1e-3, "cN": 1e-2, "daN": 10.0, "kN": 1e3, "lb": POUND, "kip": 1000 * POUND, "kgf": 9.80665,
+        "N": 1.0, "mN": 1e-3, "cN": 1e-2, "daN": 10.0, "kN": 1e3, "MN": 1e6, "lb": POUND, "kip": 1000 * POUND, "kgf": 9.80665,
         "gf": 9.80665e-3,
     },
     "torque": {"N m": 1.0, "mN m": 1e-3, "kN m": 1e3, "lb in": POUND * 0.0254, "lb ft": POUND * 0.3048},
@@ -47,8 +47,35 @@ UNITS: dict[str, dict[str, float]] = {
 
 SPELLINGS = {
     "µm": "um", "μm": "um", "µs": "us", "μs": "us", "µm/s": "um/s", "Nm": "N m", "lbf": "lb", "sec": "s", "inch": "in",
-    "kg m2": "kg m^2", "°": "deg",
+    "kg m2": "kg m^2", "°": "deg", "kNm": "kN m", "mNm": "mN m",
 }  # fmt: skip
+
+_BASES = {name: {name: 1} for name in ("time", "length", "angle", "force", "mass", "current")} | {
+    "pressure": {"force": 1, "length": -2}, "angular_speed": {"angle": 1, "time": -1},
+}  # fmt: skip
+"""Dimensions whose units may be parts of another, as powers of the first six."""
+
+
+def _size(unit: str) -> tuple[float, dict[str, int]] | None:
+    """Size in SI of a unit from those of its parts, and the powers of its dimensions; None where a part is not known.
+
+    >>> _size("kN/mm"), _size("N/(m s)"), _size("N/V")
+    ((1000000.0, {'force': 1, 'length': -1}), (1.0, {'force': 1, 'length': -1, 'time': -1}), None)
+    """
+    above, *below = SPELLINGS.get(unit, unit).replace("*", " ").replace("·", " ").split("/")
+    size, powers = 1.0, dict[str, int]()
+    for side, text in ((1, above), *((-1, text.strip().removeprefix("(").removesuffix(")")) for text in below)):
+        for word in " ".join(SPELLINGS.get(part, part) for part in text.split()).split():
+            name, power = re.fullmatch(r"(.*?)\^?(\d?)", word).groups()  # type: ignore[union-attr]
+            name, power = SPELLINGS.get(name, name), side * int(power or 1)
+            found = next((base for base in _BASES if name in UNITS[base]), None)
+            if found is None and word != "1":
+                return None
+            if found is not None:
+                size *= UNITS[found][name] ** power
+                for base, own in _BASES[found].items():
+                    powers[base] = powers.get(base, 0) + own * power
+    return size, {base: power for base, power in powers.items() if power}
 
 
 def si_unit(dimension: str) -> str:
@@ -123,8 +150,8 @@ def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, fl
 
     Examples
     --------
-    >>> find_unit("kip", ("force", "torque"), "rig")
-    ('force', 4448.2216152605)
+    >>> find_unit("kip", ("force", "torque"), "rig"), find_unit("kN/m", ("stiffness",), "rig")
+    (('force', 4448.2216152605), ('stiffness', 1000.0))
     """
     if not isinstance(unit, str):
         raise InputError(f"{where}: the unit must be a text such as {si_unit(dimensions[0])!r}, got {unit!r}")
@@ -132,6 +159,11 @@ def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, fl
     for dimension in dimensions:
         if unit in UNITS[dimension]:
             return dimension, UNITS[dimension][unit]
+    compound = _size(unit)
+    for dimension in dimensions:
+        own = _size(si_unit(dimension))
+        if compound and own and compound[1] and compound[1] == own[1]:
+            return dimension, compound[0]
     known = [name for dimension in dimensions for name in UNITS[dimension]]
     # No unit is proposed for another: one letter more or less is a factor of a hundred.
     raise InputError(f"{where}: the unit must be one of {', '.join(known)}, got {unit!r}")
@@ -177,7 +209,8 @@ def quantity(name: str, value: object, dimensions: Sequence[str], where: str) ->
         if not unit:
             raise InputError(f"{where}: {name} = {value!r} has no unit; write a number without quotes for SI")
         factor = find_unit(unit.strip(), dimensions, f"{where}: {name}")[1]
-        result = size * factor if factor >= 1e-2 else size / round(1 / factor)
+        whole = round(1 / factor) if factor < 1e-2 else 0  # a decimal such as 3.5 mm is the nearest double so
+        result = size / whole if whole and math.isclose(whole * factor, 1, rel_tol=1e-12) else size * factor
     else:
         result = number(name, value, where)
     if not abs(result) <= FARTHEST:

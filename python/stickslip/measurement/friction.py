@@ -84,8 +84,9 @@ def measure(
     (TOML), `command`, `version`, `notes` (what was assumed, corrected or found inconsistent, one sentence each), `regime`,
     `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
     that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; `break_away_late`, the
-    standard error in s by which all break-aways of the record may be early or late together (it is in their errors too); for
-    other instruments the names in `facts`.
+    standard error in s by which all break-aways of the record may be early or late together (it is in their errors too);
+    `scale_error`, the relative error that all lengths share, where the motion states one; for other instruments the names
+    in `facts`.
 
     Raises
     ------
@@ -360,5 +361,6 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
         "break_away_late": f.late,
         "slip_cutoff": f.cutoff.get("slip", math.nan),
         "creep_cutoff": f.cutoff.get("creep", math.nan),
+        **({"scale_error": record.scale_error} if record.scale_error else {}),
     }
     return xr.DataTree.from_dict({"/": data, "/break_away": events})

@@ -51,6 +51,7 @@ class Record:
     weight : (n,) 0 for a sample that is missing (its signal is a line between its neighbours) and 1 for all others; None
         where none is missing.
     error : standard error of a sample as the file states it (``x_error`` of a motion), in the unit of the signal, or None.
+    scale_error : relative standard error that all its lengths share, as a motion states it; 0 where nothing is stated.
     """
 
     time: Array
@@ -59,6 +60,7 @@ class Record:
     notes: tuple[str, ...] = ()
     weight: Array | None = None
     error: float | None = None
+    scale_error: float = 0.0
 
     @property
     def step(self) -> float:
@@ -142,20 +144,23 @@ def as_record(source: Any, rig: Rig) -> Record:
     _check_unit(source, column, rig, table)
     signal = table.columns[column]
     notes = list(table.notes)
-    check_finite(signal, column, table, rig.read.missing)
     if len(signal) < LEAST_SAMPLES:
         raise InputError(
             f"{table.source}: {len(signal)} samples are too short a record, at least {LEAST_SAMPLES} are needed"
         )
-    time = _time(table, time_column, rig, len(signal), notes)
+    time, stamped = _time(table, time_column, rig, len(signal), notes)
     if rig.read.window is not None:
-        inside = slice(*np.searchsorted(time, rig.read.window))
-        time, signal = time[inside], signal[inside]
+        inside = (time >= rig.read.window[0]) & (time < rig.read.window[1])
+        rows = np.arange(len(time)) + table.first_row if table.rows is None else table.rows
+        time, signal, table = time[inside], signal[inside], replace(table, rows=rows[inside])
         if len(signal) < LEAST_SAMPLES:
             raise InputError(
                 f"{table.source}: {len(signal)} samples lie in the window {list(rig.read.window)} s, at least "
                 f"{LEAST_SAMPLES} are needed"
             )
+    check_finite(signal, column, table, rig.read.missing)
+    if stamped is not None:
+        _check_stamps(time, stamped, table, rig)
     good = np.isfinite(signal)
     if not good.any():
         raise InputError(f"{table.source}: column {column!r} holds no number; name another column")
@@ -171,7 +176,20 @@ def as_record(source: Any, rig: Rig) -> Record:
     stated = table.columns.get(f"{column}_error", np.zeros(0))
     stated = stated[np.isfinite(stated)]
     error = float(np.median(stated)) if len(stated) else None
-    return Record(time, signal, table.source, tuple(notes), weight, error)
+    scale_error = _scale_error(source, rig, table.unit_of(column))
+    if scale_error:
+        notes.append(
+            f"all lengths share a relative standard error of {100 * scale_error:.2g} % (scale_error of the motion), and so "
+            "do the forces k x; force_error does not hold it, and of the intervals only those of --trajectories do"
+        )
+    return Record(time, signal, table.source, tuple(notes), weight, error, scale_error)
+
+
+def _scale_error(source: Any, rig: Rig, unit: str | None) -> float:
+    """Relative error of the lengths of a motion; 0 for pixels, whose size the rig states, and for other records."""
+    stated = getattr(source, "attrs", {}).get("scale_error", 0.0)
+    known = rig.instrument == "displacement" and unit != "px" and isinstance(stated, int | float | np.floating)
+    return float(stated) if known and np.isfinite(stated) and stated > 0 else 0.0
 
 
 def table_of(source: Any) -> Table:
@@ -250,22 +268,29 @@ def check_finite(values: Array, column: str, table: Table, missing: str) -> None
         )
 
 
-def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[str]) -> Array:
+def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[str]) -> tuple[Array, str | None]:
+    """Times in s as they stand in the record, and the column they stand in, None where they were counted."""
     name = table.source
     if wanted is None:
         if rig.sampling_rate is None:
             raise InputError(f"{name}: the rig names no time_column; give it a sampling_rate")
-        return np.arange(n) / rig.sampling_rate
+        return np.arange(n) / rig.sampling_rate, None
     if wanted == "t" and wanted not in table.columns and rig.sampling_rate is not None:
         notes.append(f"there is no time column: time was counted from the sampling rate of {rig.sampling_rate:g} Hz")
-        return np.arange(n) / rig.sampling_rate
+        return np.arange(n) / rig.sampling_rate, None
     wanted = table.name_of(wanted)
     table.refuse_unit(wanted, rig.time_unit, table.unit_of(wanted), 'time_unit = "{}"')
     time = table.columns[wanted] * find_unit(rig.time_unit, ("time",), "rig: time_unit")[1]
     check_finite(time, wanted, table, "refuse")
     if len(time) != n:
         raise InputError(f"{name}: column {wanted!r} has {len(time)} rows and {rig.column!r} has {n}; they must agree")
-    check_increasing(time, wanted, table)
+    return time, wanted
+
+
+def _check_stamps(time: Array, column: str, table: Table, rig: Rig) -> None:
+    """Refuse stamps that do not increase, that leave gaps in which a slip could hide, or that contradict the stated rate."""
+    name = table.source
+    check_increasing(time, column, table)
     steps = np.diff(time)
     step = float(np.median(steps))
     # a free mass slips for half its own period, so a slip cannot hide in a gap of a quarter
@@ -273,17 +298,19 @@ def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[
     gaps = np.flatnonzero(steps > most)
     if len(gaps):
         row = gaps[0] + 1
+        middles = (time[gaps] + time[gaps + 1]) / 2
+        limits = np.concatenate([[time[0] - step], middles, [time[-1] + step]])
+        longest = int(np.argmax(np.diff(limits)))
         raise InputError(
-            f"{name}: row {table.row(row)}, column {wanted!r}: a step of {steps[gaps[0]]:g} s where the record has "
-            f"{step:g} s ({len(gaps)} such in all), and a slip could hide in {most:.3g} s; cut the record at its gaps "
-            "([read] window)"
+            f"{name}: row {table.row(row)}, column {column!r}: a step of {steps[gaps[0]]:g} s where the record has "
+            f"{step:g} s ({len(gaps)} such in all), and a slip could hide in {most:.3g} s; measure each part between gaps by "
+            f"itself: [read] window = [{limits[longest]:.7g}, {limits[longest + 1]:.7g}] (in s) in the rig takes the longest"
         )
     if rig.sampling_rate is not None and abs(rig.sampling_rate * step - 1) > 0.01:
         raise InputError(
             f"{name}: the time stamps give {1 / step:g} samples per second and the rig says sampling_rate = "
             f"{rig.sampling_rate:g}; correct one"
         )
-    return time
 
 
 def _bridged(
@@ -347,10 +374,12 @@ def check_increasing(time: Array, column: str, table: Table) -> None:
         row = bad[0] + 1
         what = "repeats the time stamp" if steps[bad[0]] == 0 else "goes back in time to"
         starts = int(np.count_nonzero(steps < 0)) + 1
-        again = (
-            f"; if the clock starts again there, [read] segment = 1 to {starts} takes one part" if starts > 1 else ""
+        remedy = (
+            f"if the clock starts again there, [read] segment = 1 to {starts} takes one part"
+            if starts > 1
+            else "remove rows written twice; where stamps are rounded, give the rig a sampling_rate and no time column"
         )
         raise InputError(
             f"{table.source}: row {table.row(row)}, column {column!r} {what} {time[row]:g} ({len(bad)} such in all); "
-            f"time stamps must increase{again}"
+            f"time stamps must increase; {remedy}"
         )

@@ -105,6 +105,8 @@ def _steady(ax: Axes, table: xr.Dataset) -> None:
         ylabel="friction F" + unit(table["force"]),
         xscale="log" if 0 < 10 * np.min(w) < np.max(w) else "linear",
     )
+    if len(w) and np.ptp(w) < 1e-3 * np.max(np.abs(w)):  # one speed: its own digits are no axis
+        ax.set_xlim(*sorted((0.0, 2 * float(np.mean(w)))))
 
 
 def _window(time: np.ndarray, releases: np.ndarray) -> tuple[float, float]:

@@ -83,7 +83,8 @@ def track(
     The motion, a Dataset with the dimensions ``time`` (s) and ``mass``:
 
     * ``x``, ``y`` and their standard errors ``x_error``, ``y_error`` in m (``attrs["units"]``; px without a calibration);
-      with a calibration x runs along its axis and y to its left, in px y runs downwards as in the picture;
+      with a calibration x runs along its axis and y to its left, in px y runs downwards as in the picture; both count from
+      the calibration's zero (:func:`stickslip.tracking.read_calibration`), and so does the `rest` of a rig;
     * ``lost``: empty where the marker was seen, else the reason why it was not; x and y are then NaN. A marker cut off
       at one pair of edges keeps the coordinate along them;
     * ``x_px``, ``y_px``: the places in the picture, and the coordinate ``frame``, the picture's number.

@@ -100,7 +100,7 @@ def fit_of(friction: Any, law: str | type[Law] | Law | None = None, *, steady: b
         return "curve"
     if law is not None:
         return "motion"
-    if all("steady" in tree.children and not tree["break_away"].sizes["event"] for tree in trees):
+    if all("steady" in tree.children and (steps or not tree["break_away"].sizes["event"]) for tree in trees):
         # Motion without sticks: friction over slip velocity is all there is, or how it settles after one step of the speed.
         return "step" if steps == 1 else "curve"
     return "static" if all("slip_velocity" not in tree.variables for tree in trees) else "motion"

@@ -39,7 +39,7 @@ def fit_trajectories(
     starts: int = 8,
     profile: bool = False,
     zero_error: float = 0.0,
-    scale_error: float = 0.0,
+    scale_error: float | None = None,
     seed: int = 0,
     progress: Progress | None = None,
     checkpoint: str | Path | None = None,
@@ -68,7 +68,8 @@ def fit_trajectories(
         ends where only noise is left.
     profile : intervals by the profile of the likelihood instead of the curvature at its top; by records.
     zero_error, scale_error : standard errors of the zero (a length) and the scale (relative) of the instrument, the same for
-        all records. They do not show in a record, and at low noise they are most of what is not known.
+        all records. They do not show in a record, and at low noise they are most of what is not known. Default of the scale:
+        the largest that the records state, as those from a film do.
     seed : of the starting points.
     progress : called as ``progress(what, done, of)``; default a line for a person who waits.
     checkpoint : a law file that holds the best so far from start to start, and after an interruption; where it exists
@@ -101,6 +102,8 @@ def fit_trajectories(
     if shooting not in ("auto", "records", "slips"):
         raise InputError(f"fit_trajectories: shooting must be auto, records or slips, got {shooting!r}")
     names = check_names(first.law, first.parameters.index if free is None else free)
+    if scale_error is None:
+        scale_error = max(float(record.attrs.get("scale_error", 0.0)) for record in first.records)
     for name, size in (("zero_error", zero_error), ("scale_error", scale_error)):
         if number(name, size, "fit_trajectories") < 0:
             raise InputError(f"fit_trajectories: {name} must not be negative, got {size}")

@@ -19,10 +19,13 @@ from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.read import check_finite, check_increasing, one_segment, read_table, table_of
 from stickslip.measurement.rigs.layout import Layout
+from stickslip.measurement.signals.reading_faults import reading_faults
 
 Array = npt.NDArray[np.float64]
 
 LEAST_SAMPLES = 32
+NOISY = ("N", "N m", "Pa", "A", "1")
+"""SI units of what an instrument never reads the same twice, even of a rig at rest; a displacement it does."""
 
 
 @dataclass(frozen=True)
@@ -329,6 +332,7 @@ class Instrument:
         values: dict[str, Array] = {}
         units: dict[str, str] = {}
         names: dict[str, str] = {}
+        readings: dict[str, Array] = {}
         for name, channel in channels.items():
             columns = channel.column if isinstance(channel.column, tuple) else (channel.column,)
             found = [table.name_of(column) for column in columns]
@@ -344,13 +348,16 @@ class Instrument:
             dimension, size = find_unit(unit, dimensions[name], name)
             values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
             units[name], names[name] = si_unit(dimension), found[0]
-        return _on_clock(values, units, names, table, layout, rate, channels, self.optional, least)
+            if name != "time" and not channel.resets:  # a reading is held over a reset
+                readings[name] = raw
+        return _on_clock(values, units, names, readings, table, layout, rate, channels, self.optional, least)
 
 
 def _on_clock(
     values: dict[str, Array],
     units: dict[str, str],
     names: dict[str, str],
+    readings: dict[str, Array],
     table: Table,
     layout: Layout,
     rate: float | None,
@@ -388,4 +395,8 @@ def _on_clock(
     rows = np.arange(n)[good] + table.first_row if table.rows is None else table.rows[good]
     if "time" in names:
         check_increasing(kept["time"], names["time"], replace(table, rows=rows))
+    for name, raw in readings.items():
+        seen = good & np.isfinite(raw)
+        faults = reading_faults(raw[seen], values["time"][seen], noisy=units[name] in NOISY)
+        notes += [f"column {names[name]!r}: {fault}" for fault in faults]
     return Samples(kept, units, table.source, tuple(notes))

@@ -14,7 +14,7 @@ from scipy.ndimage import median_filter
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
 from stickslip.measurement.instruments.scatter import block_error
-from stickslip.measurement.result import friction_tree
+from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]
@@ -36,6 +36,10 @@ COVERED = 0.95
 """Share of the path that must lie in holds, each of another speed than the next, for a tolerance to be one."""
 LADDER = 1.5
 """Ratio of the tolerances that are tried, from twelve times the noise of the displacement on."""
+AT_REST = 0.01
+"""Share of the speed of the holds about a rest below which the drive rests."""
+FEWEST_RESTS = 3
+"""Rests with a peak of friction after them that make a table of break-aways."""
 GAP = 0.25
 """Ramp between two holds, as a part of the shorter one, above which they are no step."""
 
@@ -134,6 +138,24 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     speed = np.zeros(len(time))
     for hold in holds:
         speed[hold.first : hold.last] = hold.speed
+    rests = _rests(time, x, friction, holds, rows)
+    if rests:
+        lasted = [rest[2] for rest in rests]
+        peaks = [rest for rest in rests if rest[8] > 3 * rest[9]]
+        many = len(peaks) >= FEWEST_RESTS
+        notes.append(
+            f"{len(rests)} rests of the drive ({min(lasted):.4g} to {max(lasted):.4g} s) between stretches of one speed were "
+            f"found, with {len(peaks)} peaks of friction after them; "
+            + (
+                "the table of break-aways holds these peaks over the length of the rest; friction that decays from a peak is "
+                "no steady friction, and no force rate is given"
+                if many
+                else f"{FEWEST_RESTS} peaks make a table of break-aways, these are not measured"
+            )
+        )
+        rests = peaks if many else []
+    for rest in rests:  # up to the peak the sample is loaded, and hardly slips
+        speed[slice(*np.searchsorted(time, [rest[0] - rest[2], rest[0]]))] = 0.0
     loads = {"normal_force": (load, record.units["normal_force"])} if "normal_force" in record else {}
     return friction_tree(
         series={
@@ -145,7 +167,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             "displacement": (x, length),
             **loads,
         },
-        tables={"steady": steady, "step": steps},
+        tables={"steady": steady, "step": steps, "break_away": event_table(rests, unit)},
         source=record.source,
         rig=bench.toml,
         notes=notes,
@@ -218,6 +240,36 @@ def _level(record: Samples, friction: Array, load: Array, hold: _Hold, settle: f
         "displacement": float(x[late].mean()),
         "duration": float(time[hold.last] - time[hold.first]),
     }
+
+
+def _rests(
+    time: Array, x: Array, friction: Array, holds: list[_Hold], rows: list[dict[str, float]]
+) -> list[list[float]]:
+    """A row of the table of break-aways for each rest of the drive between two holds of one speed under one load."""
+    found: list[list[float]] = []
+    for old, new, before, after in zip(holds, holds[1:], rows, rows[1:], strict=False):
+        lasted = float(time[new.first] - time[old.last])
+        moved = abs(float(x[new.first] - x[old.last]))
+        loads = before["normal_force"], after["normal_force"]
+        unlike = math.isfinite(loads[0]) and abs(loads[1] - loads[0]) > SAME_LOAD * sum(loads) / 2
+        if _ratio(old.speed, new.speed) >= SAME_SPEED or unlike or not 0 <= moved < AT_REST * old.speed * lasted:
+            continue
+        calm = median_filter(friction[new.first : new.last], 5, mode="nearest")
+        later = calm[: max(len(calm) // 2, 3)]
+        top = int(np.argmax(later))
+        noise = noise_level(friction[new.first : new.last])
+        # the highest of so many samples about the peak stands that far out by itself
+        near = np.count_nonzero(later > later[top] - 3 * noise)
+        # and the running median takes two steps of the slower side off a sharp peak, which it leaves flat
+        cut = float(later[top] - max(later[max(top - 4, 0)], later[min(top + 4, len(later) - 1)]))
+        error = math.hypot(noise * math.sqrt(1 + 2 * math.log(near)), cut)
+        step = float(np.median(np.diff(time[new.first : new.last])))
+        at, drop = float(time[new.first + top]), float(later[top]) - after["force"]
+        drop_error = math.hypot(error, after["force_error"])
+        found.append(
+            [at, near * step / 2, lasted, step, math.nan, math.nan, float(later[top]), error, drop, drop_error]
+        )
+    return found
 
 
 def _crossing(time: Array, x: Array, old: _Hold, new: _Hold) -> float:

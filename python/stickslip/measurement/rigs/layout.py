@@ -27,7 +27,8 @@ class Layout(Document):
     rows : key under which a JSON file keeps its rows.
     segment : of a record whose clock starts again, as where several were joined, the one that is used, from 1; default: the
         clock must not start again.
-    window : (start, end) in s on the record's own clock; what lies outside is not used.
+    window : (start, end) in s on the record's own clock, in seconds also where its time column has another unit; what lies
+        outside is neither used nor checked, so a window cuts off what is bad there, and a record at its gaps.
 
     Raises
     ------
