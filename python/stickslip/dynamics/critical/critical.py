@@ -453,7 +453,9 @@ def _followed(
     ends = {here[0]: here[1].end}
 
     def run(speed: float, cycles: float) -> Shown:
-        start = ends[max((known for known in ends if way * known <= way * speed), key=lambda at: way * at, default=here[0])]
+        start = ends[
+            max((known for known in ends if way * known <= way * speed), key=lambda at: way * at, default=here[0])
+        ]
         look = watch.shown(with_number(system, _PATH, speed), cycles, *start)
         if look.sticks:
             ends[speed] = look.end

@@ -61,11 +61,7 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
             f"identify: the {kind} closest to the records pushes with the slip over {100 * max(driven):.0f} % of its path, "
             "which no friction does: check the signs of displacement and drive velocity, the rest position and the mass"
         )
-<<<<<<< HEAD
-    notes = curved
-=======
-    notes = _force_of_the_position(problem, law, offset)
->>>>>>> refs/heads/face
+    notes = [*curved, *_force_of_the_position(problem, law, offset)]
     names = [motion.record.name for motion in problem.motions]
     if len(off) > 1 and max(map(abs, off)) > APART * float(np.mean(levels)):
         each = ", ".join(f"{value:+.2g} ({name})" for value, name in zip(off, names, strict=True))
@@ -81,7 +77,6 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
     return notes
 
 
-<<<<<<< HEAD
 def _change_with_speed(speed: Array, friction: Array) -> tuple[float, float, float] | None:
     """Of friction between two slip speeds the greatest change, and both speeds, slow and fast; None where it is not clear.
 
@@ -100,7 +95,8 @@ def _change_with_speed(speed: Array, friction: Array) -> tuple[float, float, flo
     if abs(change) < max(CLEARLY * apart, CHANGES * float(np.abs(level).mean())):
         return None
     return change, float(np.median(speed[part == slow + 1])), float(np.median(speed[part == fast + 1]))
-=======
+
+
 def _force_of_the_position(problem: Problem, law: Law, offset: float) -> list[str]:
     """That a force measured to and fro holds one of gravity or a spring beside the law, whose numbers it moves."""
     notes = []
@@ -133,4 +129,3 @@ def _force_of_the_position(problem: Problem, law: Law, offset: float) -> list[st
             raise InputError(f"identify: {said}")
         notes.append(said)
     return notes
->>>>>>> refs/heads/face
