@@ -91,7 +91,8 @@ def test_a_batch_passes_through_the_resonance():
 def test_a_law_of_branches_is_asked_for_its_slopes_at_a_resonance():
     for law in ss.laws.Law.ALL.values():
         oscillator = ss.Oscillator(0.25, 0.2, law.example(), forcing=ss.Harmonic(0.1, 1.0))
-        assert oscillator.closed_form == (not law.SMOOTH)
+        # The slopes of BogaczRyczek come from the motion: any may cancel the damping.
+        assert oscillator.closed_form == (not law.SMOOTH and law is not ss.laws.BogaczRyczek)
     falling = ss.laws.PiecewiseLinear([(0, 1), (0.2, 0.8), (0.4, 0.75)], 1.0)
     forced = ss.Harmonic(0.1, 1.0)
     assert not ss.Oscillator(0.25, 0.2, falling, forcing=forced).closed_form

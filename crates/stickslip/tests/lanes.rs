@@ -213,10 +213,10 @@ fn a_long_last_step_keeps_the_position() {
         mass: 0.607,
         stiffness: 1.6385,
         damping: 0.13366,
-        drive_velocity: 0.0497668,
+        drive_velocity: 0.049_766_8,
         law: StaticKinetic {
-            break_away: 1.9577860305,
-            kinetic: 0.9603873537,
+            break_away: 1.957_786_030_5,
+            kinetic: 0.960_387_353_7,
         }
         .into(),
         forcing: vec![Harmonic {
@@ -227,7 +227,7 @@ fn a_long_last_step_keeps_the_position() {
     };
     for v0 in [-0.1, -0.2, -0.298, -0.4, -0.5, -0.6] {
         let run = Run {
-            x0: -1.967406,
+            x0: -1.967_406,
             v0: Some(v0),
             t_end: 5.0,
             max_events: 1,

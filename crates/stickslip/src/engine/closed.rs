@@ -1,6 +1,6 @@
 //! The motion of one mass in closed form, segment by segment.
 
-use super::crossings::{Crossings, Stride, Told};
+use super::crossings::{Crossings, Receiver, Stride};
 use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
@@ -384,13 +384,13 @@ impl<const H: usize> Course for ClosedPhase<H> {
             Motion::Steady { x, v } => self.cross_steady(cut, (*x, *v), span, found),
             Motion::Slip(slip, stride) => {
                 let crossings = Crossings::new(slip, cut);
-                let mut told = Told {
+                let mut receiver = Receiver {
                     cut,
                     watched,
                     point: |t| self.point(0, t),
                     found,
                 };
-                crossings.between(span, stride, &mut told);
+                crossings.between(span, stride, &mut receiver);
             }
         }
     }

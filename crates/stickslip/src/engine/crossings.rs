@@ -68,8 +68,8 @@ struct Sample {
     bound: [f64; 3],
 }
 
-/// Who is told of crossings.
-pub(super) struct Told<'a, 'w, P, F> {
+/// Who receives the crossings.
+pub(super) struct Receiver<'a, 'w, P, F> {
     pub(super) cut: &'a mut Cut,
     pub(super) watched: &'a mut Watched<'w>,
     /// The state at a time.
@@ -155,8 +155,12 @@ impl<'a, const H: usize> Crossings<'a, H> {
     }
 
     /// Tell of every crossing from one time to another.
-    pub(super) fn between<P, F>(&self, (from, to): (f64, f64), usual: &Stride<H>, told: &mut Told<P, F>)
-    where
+    pub(super) fn between<P, F>(
+        &self,
+        (from, to): (f64, f64),
+        usual: &Stride<H>,
+        receiver: &mut Receiver<P, F>,
+    ) where
         P: Fn(f64) -> Point,
         F: FnMut(Point),
     {
@@ -170,12 +174,12 @@ impl<'a, const H: usize> Crossings<'a, H> {
             let own = (h > 2.0 * usual.h).then(|| Stride::over(self.slip, h));
             let Stride { h, basis: step } = own.as_ref().unwrap_or(usual);
             for _ in 0..CELLS {
-                if told.watched.ends(t) {
+                if receiver.watched.ends(t) {
                     return;
                 }
                 basis = basis.after(step, &self.slip.decay);
                 let right = self.sample(t + h, &basis);
-                self.cell(&left, &right, to, HALVINGS, told);
+                self.cell(&left, &right, to, HALVINGS, receiver);
                 (t, left) = (t + h, right);
                 if t >= to {
                     return;
@@ -191,21 +195,23 @@ impl<'a, const H: usize> Crossings<'a, H> {
 
     /// Tell of the crossings between two samples; those after `to` do not count.
     #[inline]
-    fn cell<P, F>(&self, left: &Sample, right: &Sample, to: f64, halvings: u32, told: &mut Told<P, F>)
+    fn cell<P, F>(&self, left: &Sample, right: &Sample, to: f64, halvings: u32, receiver: &mut Receiver<P, F>)
     where
         P: Fn(f64) -> Point,
         F: FnMut(Point),
     {
         let (noise, sign) = (self.noise(left, right), left.d[0].signum());
         if least(left, right, 0, sign) > noise {
-            told.cut.see(sign, || (told.point)(left.t), &mut told.found);
+            receiver
+                .cut
+                .see(sign, || (receiver.point)(left.t), &mut receiver.found);
         } else {
-            self.near(left, right, to, halvings, told);
+            self.near(left, right, to, halvings, receiver);
         }
     }
 
     /// The same where the surface may be met.
-    fn near<P, F>(&self, left: &Sample, right: &Sample, to: f64, halvings: u32, told: &mut Told<P, F>)
+    fn near<P, F>(&self, left: &Sample, right: &Sample, to: f64, halvings: u32, receiver: &mut Receiver<P, F>)
     where
         P: Fn(f64) -> Point,
         F: FnMut(Point),
@@ -217,27 +223,36 @@ impl<'a, const H: usize> Crossings<'a, H> {
         if (starts || ends) && least(left, right, 1, (end - begin).signum()) > noise * fastest {
             // It is met once at the most.
             if starts {
-                told.cut
-                    .see(begin.signum(), || (told.point)(left.t), &mut told.found);
+                receiver
+                    .cut
+                    .see(begin.signum(), || (receiver.point)(left.t), &mut receiver.found);
             }
-            if ends && end.signum() != told.cut.side() {
+            if ends && end.signum() != receiver.cut.side() {
                 let root = if starts { self.root(left, right) } else { left.t };
                 if root <= to {
-                    told.cut.see(end.signum(), || (told.point)(root), &mut told.found);
+                    receiver
+                        .cut
+                        .see(end.signum(), || (receiver.point)(root), &mut receiver.found);
                 }
             }
         } else if right.t > to {
-            self.cell(left, &self.exact(to), to, halvings, told);
+            self.cell(left, &self.exact(to), to, halvings, receiver);
         } else if (starts || ends) && halvings > 0 {
             let middle = self.exact(0.5 * (left.t + right.t));
-            self.cell(left, &middle, to, halvings - 1, told);
-            self.cell(&middle, right, to, halvings - 1, told);
+            self.cell(left, &middle, to, halvings - 1, receiver);
+            self.cell(&middle, right, to, halvings - 1, receiver);
         } else {
             let unit = self.slip.decay.time();
             let guard = |t| self.guard(t, unit);
             let span = (left.t, right.t);
-            told.cut
-                .march(span, unit, told.watched, &guard, &told.point, &mut told.found);
+            receiver.cut.march(
+                span,
+                unit,
+                receiver.watched,
+                &guard,
+                &receiver.point,
+                &mut receiver.found,
+            );
         }
     }
 
@@ -281,7 +296,7 @@ fn least(left: &Sample, right: &Sample, order: usize, sign: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Crossings, Stride, Told};
+    use super::{Crossings, Receiver, Stride};
     use crate::clock::Clock;
     use crate::event::Work;
     use crate::flow::exact::Frame;
@@ -330,13 +345,13 @@ mod tests {
                     marched.push(point.t);
                 });
                 let (cut, found_one) = (&mut cut, |point: Point| found.push(point.t));
-                let mut told = Told {
+                let mut receiver = Receiver {
                     cut,
                     watched,
                     point,
                     found: found_one,
                 };
-                crossings.between(span, &Stride::of(&slip), &mut told);
+                crossings.between(span, &Stride::of(&slip), &mut receiver);
                 assert_eq!(
                     found.len(),
                     marched.len(),
