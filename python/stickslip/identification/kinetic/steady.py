@@ -567,7 +567,9 @@ def _asymmetry(rows: Rows, best: SteadyFit) -> list[str]:
     forward, backward = (float(abs(best([sense * w])[0])) for sense in (1.0, -1.0))
     return [
         f"Friction differs by the sense of the slip, and by more than a constant: at w = {w:.3g} it is "
-        f"{forward:.3g} forward (w > 0) and {backward:.3g} backward. The law is Asymmetric.{doubt}"
+        f"{forward:.3g} forward (w > 0) and {backward:.3g} backward. The law is Asymmetric. A zero of the instrument cannot "
+        "be told from that and is in the law, added one way and taken off the other, beyond its intervals: give the channel "
+        f"its zero if you know it.{doubt}"
     ]
 
 
