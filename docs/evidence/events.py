@@ -56,11 +56,6 @@ events: they are integrated step by step and are not judged here. `tests/test_st
 hold them against independent runs, the balance of energy, limits in which they become a law with events, and known critical
 stiffnesses.
 
-Under heavy damping on a soft spring the equilibrium may be thousands of times as far as the mass has come. The closed form
-adds it, so that early positions carry a rounding of it: the judge, which knows only how far the run goes, takes that for a
-failure.
-"""
-
 ROWS = {
     "documents": "documents",
     "not_understood": "documents the judge does not understand",
