@@ -56,6 +56,8 @@ events: they are integrated step by step and are not judged here. `tests/test_st
 hold them against independent runs, the balance of energy, limits in which they become a law with events, and known critical
 stiffnesses.
 
+"""
+
 ROWS = {
     "documents": "documents",
     "not_understood": "documents the judge does not understand",
