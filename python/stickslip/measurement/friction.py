@@ -34,7 +34,7 @@ from stickslip.measurement.result import release
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
-from stickslip.measurement.signals.noise import clipped, impulses, noise_level
+from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.slip_evidence import SlipModel
 from stickslip.measurement.signals.spectra import Line
@@ -272,7 +272,8 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
         sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
         fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o))
     friction = friction_force(fit, sticks)
-    sticks = [replace(stick, sure=stick.sure and not _hidden(draft, stick.end)) for stick in sticks]
+    hidden = _hidden(draft)
+    sticks = [replace(one, sure=one.sure and not any(a <= one.end <= b for a, b in hidden)) for one in sticks]
     if sticks and not soft:
         friction = with_hidden_fall(friction, sticks)
     lasting = [stick.end - stick.start for stick in sticks]
@@ -282,14 +283,11 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
     return friction, sticks, slow[0], word
 
 
-def _hidden(draft: Draft, end: float) -> bool:
-    """Whether three samples in a row or more are missing about the end of a stick, so that it is not seen."""
-    missing = np.concatenate([[False], draft.weight == 0, [False]])
-    first, last = np.flatnonzero(np.diff(missing)).reshape(-1, 2).T
-    long = last - first >= 3
-    before, after = draft.time[first[long]], draft.time[last[long] - 1]
+def _hidden(draft: Draft) -> list[tuple[float, float]]:
+    """Times between which three samples in a row or more are missing, so that the end of a stick is not seen there."""
+    runs = [(draft.time[a], draft.time[b - 1]) for a, b in stretches(draft.weight == 0) if b - a >= 3]
     # What lacks them may place the end as far behind them as they are long.
-    return bool(np.any((end >= before - 2 * draft.step) & (end <= after + (after - before) + 2 * draft.step)))
+    return [(before - 2 * draft.step, after + (after - before) + 2 * draft.step) for before, after in runs]
 
 
 def _knots(presmoothed: Presmoothed, oscillator: OscillatorConstants) -> float:

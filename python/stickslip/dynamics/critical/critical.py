@@ -193,8 +193,7 @@ def critical_velocities(
     less than 1e-4 of the time are none.
 
     Limits: cycles that are reached neither from rest, nor from beside steady slip, nor from those at another speed, are not
-    looked for; nor is, of several
-    masses, what happens and is undone between two of the 96 speeds, or `criticality`.
+    looked for; nor is, of several masses, what happens and is undone between two of the 96 speeds, or `criticality`.
 
     Source: Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389; Leine & Nijmeijer 2004 (LNACM 18), ch. 8.
 

@@ -19,7 +19,7 @@ from stickslip.measurement.instruments.instrument import Bench, Constant, Instru
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
 from stickslip.measurement.signals.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
-from stickslip.measurement.signals.noise import noise_level
+from stickslip.measurement.signals.noise import noise_level, stretches
 from stickslip.measurement.signals.smooth import jerk_spline
 from stickslip.measurement.signals.spectra import main_line
 
@@ -292,17 +292,17 @@ def _stuck(w: Array, level: float, error: Array) -> Mask:
     """
     slow, near = np.abs(w) < level, np.abs(w) < 2 * level
     stuck = slow.copy()
-    for first, last in _stretches(near):
+    for first, last in stretches(near):
         inside = np.flatnonzero(slow[first:last])
         if len(inside):
             stuck[first + inside[0] : first + inside[-1] + 1] = True
-    for first, last in _stretches(stuck):
+    for first, last in stretches(stuck):
         at_rest = max(float(np.quantile(np.abs(w[first:last]), 0.25)) / QUARTILE, float(np.median(error[first:last])))
         resting = first + np.flatnonzero(np.abs(w[first:last]) < CLEAR * at_rest)
         stuck[first:last] = False
         if resting.size:
             stuck[resting[0] : resting[-1] + 1] = True
-    for first, last in _stretches(stuck):
+    for first, last in stretches(stuck):
         if last - first < 3:
             stuck[first:last] = False
     return stuck
@@ -339,12 +339,6 @@ def _excess(force: Array, noise: float) -> float:
     return float(level[-1] - np.trapezoid(below, level)) - top
 
 
-def _stretches(mask: Mask) -> list[tuple[int, int]]:
-    """First and one past the last index of every run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-
-
 def _loop(run: _Run, bench: Bench) -> xr.Dataset:
     """Medians in bins of speed, apart for speeding up and slowing down."""
     edges = np.linspace(run.w.min(), run.w.max(), int(bench.number("bins")) + 1)
@@ -377,7 +371,7 @@ def _break_aways(run: _Run) -> xr.Dataset:
     """One row for each stick that ends inside the record: the force is its largest size in the stick, less noise."""
     time, force = run.record.time, run.force
     noise, scatter = float(np.median(run.error)), noise_level(force)
-    sticks = _stretches(run.stuck)
+    sticks = stretches(run.stuck)
     rows: list[list[float]] = []
     for number, (first, last) in enumerate(sticks):
         if last >= len(time):

@@ -50,6 +50,16 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     return np.asarray((deviation > least + 3 * slope) & (np.abs(signal - cubic) > least))
 
 
+def stretches(mask: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and one past the last index of every run of True.
+
+    >>> stretches(np.array([True, False, True, True]))
+    [(0, 1), (2, 4)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
 def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     """Samples at the end of an instrument's range, where it would have read on.
 
@@ -78,8 +88,7 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
         if len(values) < 6 or counts[-1] < 5 * counts[-6:-1].mean():
             continue
         at_end = upward == values[-1]
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], at_end, [False]])))
-        runs = [(a, b) for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True) if a >= 8 and b - a >= 3]
+        runs = [(a, b) for a, b in stretches(at_end) if a >= 8 and b - a >= 3]
         middle = [np.polyval(np.polyfit(np.arange(-8, 0), upward[a - 8 : a], 1), min(b - a, 10) / 2) for a, b in runs]
         if len(runs) >= 2 and np.mean(np.array(middle) > values[-1] + 5 * noise) > 0.5:
             found |= at_end
