@@ -134,7 +134,11 @@ fn end_on(
         let outward = rate * side.unwrap_or(value.signum());
         if static_limit - size <= rounding {
             if t > 0.0 || outward > 0.0 || static_limit - size < -PASSED * rounding {
-                return Ok(Some(t));
+                let margin = |t: f64| {
+                    let (value, rate) = slope_at(force, t);
+                    limit(t, rate) - outward_of(value)
+                };
+                return Ok(Some(if t > 0.0 { settle(margin, t, reach) } else { t }));
             }
             // Adhesion that starts at its limit and is relieved from there.
             t += f64::EPSILON.sqrt() * reach;
@@ -175,6 +179,24 @@ fn end_on(
         }
     }
     Err(t)
+}
+
+/// The root of a margin just after `low`, where it is no more than rounding; `low` where it does not fall to zero.
+fn settle(margin: impl Fn(f64) -> f64, low: f64, reach: f64) -> f64 {
+    let mut last = margin(low);
+    let mut step = f64::EPSILON * reach;
+    while last > 0.0 && low + step < reach {
+        let next = margin(low + step);
+        if next <= 0.0 {
+            return close(margin, low, low + step);
+        }
+        if next > last {
+            break;
+        }
+        last = next;
+        step *= 4.0;
+    }
+    low
 }
 
 /// The root of a falling margin, positive at `low` and not at `high`: secant steps inside a bracket (Illinois), halved where

@@ -3,7 +3,8 @@
 //! Rule for the modes after an event, for all contacts with zero slip velocity at once: all stick, if adhesion can bear it
 //! (a contact that has just arrived bears its break-away force at stick time zero, one that stuck before bears what its stick
 //! time has made of it). Otherwise the most overloaded one slips in the direction of the force it could not bear, and the rest
-//! is asked again; one that would then slip against its direction sticks after all. Should this go round in circles, the first
+//! is asked again; one that would then slip against its direction sticks after all, and so does one that could stick while the
+//! others slip. Should this go round in circles, the first
 //! consistent combination is taken, stick before slip forward before slip backward, the first contact changing fastest.
 //!
 //! Stuck contacts in a closed loop (two between the same bodies, or mass, drive, mass) leave the share of each undetermined.
@@ -167,6 +168,23 @@ impl ContactProblem<'_> {
         (0..load.len()).all(within).then_some(directions)
     }
 
+    /// Of contacts that slip together each one sticks all the same that can while the others slip: of two that were overloaded
+    /// at once, the first to slip may relieve the other.
+    fn held_after_all(&self, mut directions: Vec<f64>) -> Vec<f64> {
+        let slipping = |directions: &[f64]| directions.iter().filter(|&&direction| direction != 0.0).count();
+        for row in 0..directions.len() {
+            let forced = self.released.is_some_and(|(released, _)| released == row);
+            if forced || slipping(&directions) < 2 || directions[row] == 0.0 || self.idle(&directions, row) {
+                continue;
+            }
+            let direction = std::mem::take(&mut directions[row]);
+            if self.objection(&directions).is_some() {
+                directions[row] = direction;
+            }
+        }
+        directions
+    }
+
     /// The direction of every contact, 0 for those that stick.
     pub(super) fn answer(&self) -> Vec<f64> {
         let count = self.zero.len();
@@ -179,7 +197,7 @@ impl ContactProblem<'_> {
         }
         for _ in 0..4 * count + 4 {
             match self.objection(&directions) {
-                None => return directions,
+                None => return self.held_after_all(directions),
                 Some((row, direction)) => directions[row] = direction,
             }
         }
