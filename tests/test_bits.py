@@ -38,7 +38,7 @@ PINNED = {
     "TwoBranch": "3f3bc0d072f3",
     "Asymmetric": "0ff871e017f4",
     "Combined": "7958f64b35ca",
-    "chain": "bbb214823391",
+    "chain": "6e6e77b938c3",
 }
 
 
