@@ -6,6 +6,7 @@ import xarray as xr
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.files.units import find_unit
 from stickslip.identification import fit_steady, friction_of_orbit, predict_motion
 
 SYSTEM = """
@@ -151,3 +152,8 @@ def test_python_and_the_command_line_choose_the_same_law(tmp_path):
     )
     with pytest.raises(ss.InputError, match="offset does not go with the fit of friction over slip velocity alone"):
         ss.identify(path, offset=True)
+
+
+def test_torque_of_the_oil_field_is_known_by_its_own_name():
+    for name in ("klbf-ft", "klbf ft", "kip-ft"):
+        assert find_unit(name, ("force", "torque"), "rig") == ("torque", pytest.approx(1355.8179483))

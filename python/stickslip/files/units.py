@@ -46,7 +46,7 @@ UNITS: dict[str, dict[str, float]] = {
 """Dimension -> unit -> its size in SI; the first of each is the SI unit."""
 
 SPELLINGS = {
-    "µm": "um", "μm": "um", "µs": "us", "μs": "us", "µm/s": "um/s", "Nm": "N m", "lbf": "lb", "sec": "s", "inch": "in",
+    "µm": "um", "μm": "um", "µs": "us", "μs": "us", "µm/s": "um/s", "Nm": "N m", "lbf": "lb", "klbf": "kip", "sec": "s", "inch": "in",
     "kg m2": "kg m^2", "°": "deg", "kNm": "kN m", "mNm": "mN m",
 }  # fmt: skip
 
@@ -62,7 +62,8 @@ def _size(unit: str) -> tuple[float, dict[str, int]] | None:
     >>> _size("kN/mm"), _size("N/(m s)"), _size("N/V")
     ((1000000.0, {'force': 1, 'length': -1}), (1.0, {'force': 1, 'length': -1, 'time': -1}), None)
     """
-    above, *below = SPELLINGS.get(unit, unit).replace("*", " ").replace("·", " ").split("/")
+    products = re.sub(r"(?<=[a-z])-(?=[a-z])|[*·]", " ", SPELLINGS.get(unit, unit))
+    above, *below = products.split("/")
     size, powers = 1.0, dict[str, int]()
     for side, text in ((1, above), *((-1, text.strip().removeprefix("(").removesuffix(")")) for text in below)):
         for word in " ".join(SPELLINGS.get(part, part) for part in text.split()).split():
@@ -166,7 +167,8 @@ def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, fl
             return dimension, compound[0]
     known = [name for dimension in dimensions for name in UNITS[dimension]]
     # No unit is proposed for another: one letter more or less is a factor of a hundred.
-    raise InputError(f"{where}: the unit must be one of {', '.join(known)}, got {unit!r}")
+    made = "; one made of units that are known will do too, such as 'klbf ft' or 'kN/m'" if re.search("[-/* ]", unit) else ""
+    raise InputError(f"{where}: the unit must be one of {', '.join(known)}, got {unit!r}{made}")
 
 
 def unit_in_name(name: str) -> str | None:

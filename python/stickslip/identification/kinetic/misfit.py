@@ -41,6 +41,13 @@ def behind(rows: Rows, losses: Array, best: Array, surely: float = 1.0, by: floa
     return gain > surely * error and gain > by * float(best.mean()) and decided
 
 
+#: What to do about a force that follows something else than the slip velocity.
+REMEDIES = {
+    "position": "Gravity, run-out and misalignment do so: say them in the rig, or measure a shorter range.",
+    "time": "Heat, wear and a drifting sensor do so: identify windows of the record apart ([read] window in the rig).",
+}
+
+
 def widened(rows: Rows, fit: SteadyFit) -> tuple[SteadyFit, list[str], bool]:
     """The fit with intervals that hold what its form misses, what that is, and whether the intervals are valid.
 
@@ -63,10 +70,10 @@ def widened(rows: Rows, fit: SteadyFit) -> tuple[SteadyFit, list[str], bool]:
         better = linear_losses(rows, np.concatenate([columns, free], axis=1))
         if behind(rows, alone, better, SURE, PART):
             valid = False
-            gain = 100 * (math.sqrt(float(alone.mean() / better.mean())) - 1)
+            gain = 100 * (1 - math.sqrt(float(better.mean() / alone.mean())))
             notes.append(
                 f"What this form leaves of the force follows the {words}, and no form explains it: a free curve over the "
-                f"{words} misses held-back rows {gain:.2g} % less. Intervals and any difference between the two senses of "
+                f"{words} misses held-back rows {gain:.0f} % less. {REMEDIES[words]} Intervals and any difference between the two senses of "
                 "slip are not valid, though the intervals were widened."
             )
             more = _by_cluster(columns, rest / rows.error, where)
@@ -75,7 +82,7 @@ def widened(rows: Rows, fit: SteadyFit) -> tuple[SteadyFit, list[str], bool]:
     if gain > 0:
         notes.append(
             "Friction over slip velocity has another shape than any of these forms: a free curve misses held-back rows "
-            f"{gain:.2g} % less. The intervals are those of the nearest curve of this form"
+            f"{gain:.0f} % less. The intervals are those of the nearest curve of this form"
             + (f", widened {factor:.2g} times so that they hold the free curve." if factor > 1 else ".")
         )
         fit = fit.with_covariance(fit.covariance * max(factor, 1.0) ** 2, fit.freedom)
@@ -120,4 +127,4 @@ def _off_at_speeds(rows: Rows, fit: SteadyFit, rest: Array) -> tuple[float, floa
     seen = np.concatenate([np.full(len(free.nodes), bool((side * rows.w > 0).any())) for side in (1, -1)])
     low, high = fit.interval(w[seen])
     factor = float(np.max(2 * np.abs(found[: w.size][seen]) / np.maximum(high - low, 1e-300)))
-    return 100 * (math.sqrt(float(fit.losses.mean() / losses.mean())) - 1), factor
+    return 100 * (1 - math.sqrt(float(losses.mean() / fit.losses.mean()))), factor

@@ -15,7 +15,7 @@ import xarray as xr
 from scipy.special import ndtr
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Bench, Constant, Instrument, Samples
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
 from stickslip.measurement.signals.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
@@ -31,6 +31,8 @@ OSCILLATOR = ("mass", "stiffness", "damping")
 """What the contact hangs on, where a law is to be set in motion: of a torsional record inertia, N m/rad and N m s/rad."""
 QUARTILE = 0.3186
 """Of the size of a normal variable, in standard deviations."""
+LEAST_LOAD = 0.01
+"""Share of the largest normal force below which friction over normal force is not looked at."""
 CLEAR = 3.0
 """Standard deviations of the speed at rest from which on a mass moves."""
 
@@ -229,8 +231,23 @@ def _run(record: Samples, bench: Bench) -> _Run:
             f"accelerated (up to {np.quantile(np.abs(acceleration), 0.99):.3g} {speed_unit[:-2]}/s^2) is in it"
         )
     if "normal_force" in record:
+        pressed = record["normal_force"] > LEAST_LOAD * np.quantile(np.abs(record["normal_force"]), 0.95)
+        if np.count_nonzero(pressed) < LEAST_SAMPLES:
+            raise InputError(
+                f"{record.source}: the normal force is above zero in {np.count_nonzero(pressed)} of {len(time)} samples, and "
+                f"{LEAST_SAMPLES} are needed; correct its sign or its zero in the rig"
+            )
+        if not pressed.all():
+            notes.append(
+                f"{np.count_nonzero(~pressed)} of {len(time)} samples are left out: their normal force is zero, negative or less "
+                f"than {100 * LEAST_LOAD:g} % of the largest, so that friction over normal force says nothing"
+            )
+            record = replace(record, channels={name: values[pressed] for name, values in record.channels.items()})
+            time, w, w_error, acceleration, friction, error = (
+                values[pressed] for values in (time, w, w_error, acceleration, friction, error)
+            )
         normal = record["normal_force"]
-        friction, error, unit = friction / normal, error / np.abs(normal), "1"
+        friction, error, unit = friction / normal, error / normal, "1"
     level = bench.maybe("stuck_speed")
     stuck = np.zeros(len(time), dtype=bool) if level is None else _stuck(w, level, w_error)
     share = bench.number("fast_share")
@@ -262,7 +279,14 @@ def _run(record: Samples, bench: Bench) -> _Run:
         facts["slow_share"] = float(np.mean(np.abs(w) < level))
         line = main_line(w, float(np.mean(np.diff(time))))
         facts["main_line"], facts["main_line_error"] = line.frequency, line.error
-        facts["regime"] = "stick_slip" if float(facts["stuck_share"]) > 0.02 else "almost_harmonic"
+        both_ways = bool((w > level).any() and (w < -level).any())
+        facts["regime"] = (
+            "stick_slip"
+            if float(facts["stuck_share"]) > 0.02
+            else "reversing_slip"
+            if both_ways
+            else "almost_harmonic"
+        )
     actuators = [record[name] for name in ("actuator_1", "actuator_2") if name in record]
     if actuators:
         pull = float(np.mean(sum(actuators)))
@@ -280,7 +304,9 @@ def _run(record: Samples, bench: Bench) -> _Run:
         drive = record["drive_velocity"]
         seen = np.isfinite(drive)
         facts["drive_velocity"] = float(np.median(drive[seen])) if seen.any() else math.nan
-        notes.append(f"the drive's speed has drop-outs in {100 * np.mean(~seen):.1f} % of the samples; they are masked")
+        if not seen.all():
+            share = 100 * np.mean(~seen)
+            notes.append(f"the drive's speed has drop-outs in {share:.1f} % of the samples; they are masked")
     return _Run(record, w, w_error, acceleration, friction, error, stuck, unit, speed_unit, notes, facts)
 
 

@@ -138,7 +138,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             "force_error": error,
             "lowest": low,
             "highest": high,
-            "best_delay": best["delay"],
+            "best_delay": best["delay"] * step,
             "forward_force": best["forward_force"],
             "backward_force": best["backward_force"],
             units.inertia: best["mass"],
