@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.optimize import curve_fit
 from scipy.signal import lfilter
 
 import stickslip as ss
@@ -419,3 +420,20 @@ def test_a_peak_at_low_speed_is_found() -> None:
     rest, error = found.parameters.loc[["kinetic", "weakening"]][["value", "error"]].to_numpy().T
     assert rest.sum() == pytest.approx(29.6, abs=3 * float(np.hypot(*error)))
     assert isinstance(found.law, ss.laws.ExponentialStribeck)
+
+
+def test_the_scale_of_a_fall_is_that_of_least_squares_however_many_samples_there_are():
+    # a scale that is searched to a thousandth of itself is ten errors off where there are 20,000 samples
+    random = np.random.default_rng(11)
+    w = np.concatenate([np.linspace(0.026, 0.157, 10_000), np.linspace(0.157, 0.52, 10_000)])
+    force = 0.38 + 0.24 * np.exp(-((w / 0.08) ** 2)) + 0.003 * random.standard_normal(w.size)
+    root = {"time": ("time", np.arange(w.size) / 500), "slip_velocity": ("time", w), "force": ("time", force)}
+    found = fit_steady(xr.DataTree(xr.Dataset(root)))
+    assert found.chosen == "Gaussian Stribeck"
+
+    def form(w, kinetic, weakening, scale, viscous):
+        return kinetic + weakening * np.exp(-((w / scale) ** 2)) + viscous * w
+
+    best, covariance = curve_fit(form, w, force, [0.4, 0.2, 0.1, 0.0])
+    values = found.parameters["value"].reindex(["kinetic", "weakening", "scale", "viscous"]).to_numpy()
+    assert np.all(np.abs(values - best) < 0.01 * np.sqrt(np.diag(covariance)))

@@ -27,13 +27,17 @@ def test_samples_without_a_normal_force_are_left_out_and_counted():
     assert np.isfinite(found["force"]).all()
     assert abs(found.attrs["force"] - 0.4) < 3 * found.attrs["force_error"] + 1e-4
     assert not [note for note in measured(pressed(np.full(T.size, 30.0))).attrs["notes"] if "left out" in note]
-    with pytest.raises(ss.InputError, match="normal force is above zero in 0 of 4000 samples.* correct its sign"):
+    with pytest.raises(ss.InputError, match=r"normal force is above zero in 0 of 4000 samples.* correct its sign"):
         measured(pressed(np.full(T.size, -30.0)))
 
 
 @pytest.mark.parametrize(("mean", "regime"), [(0.0, "reversing_slip"), (0.3, "almost_harmonic")])
 def test_slip_that_changes_its_sense_is_called_so(mean, regime):
     speed = mean + 0.2 * np.sin(2 * np.pi * T)
-    record = {"t": T, "w": speed, "f": 2 * np.tanh(speed / 1e-3) + 0.02 * np.random.default_rng(6).standard_normal(T.size)}
+    record = {
+        "t": T,
+        "w": speed,
+        "f": 2 * np.tanh(speed / 1e-3) + 0.02 * np.random.default_rng(6).standard_normal(T.size),
+    }
     found = ss.measure(record, {"instrument": "direct_force", "stuck_speed": 0.002, "columns": COLUMNS})
     assert found.attrs["regime"] == regime

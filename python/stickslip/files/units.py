@@ -46,8 +46,8 @@ UNITS: dict[str, dict[str, float]] = {
 """Dimension -> unit -> its size in SI; the first of each is the SI unit."""
 
 SPELLINGS = {
-    "µm": "um", "μm": "um", "µs": "us", "μs": "us", "µm/s": "um/s", "Nm": "N m", "lbf": "lb", "klbf": "kip", "sec": "s", "inch": "in",
-    "kg m2": "kg m^2", "°": "deg", "kNm": "kN m", "mNm": "mN m",
+    "µm": "um", "μm": "um", "µs": "us", "μs": "us", "µm/s": "um/s", "Nm": "N m", "lbf": "lb", "klbf": "kip", "sec": "s",
+    "inch": "in", "kg m2": "kg m^2", "°": "deg", "kNm": "kN m", "mNm": "mN m",
 }  # fmt: skip
 
 _BASES = {name: {name: 1} for name in ("time", "length", "angle", "force", "mass", "current")} | {
@@ -167,7 +167,11 @@ def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, fl
             return dimension, compound[0]
     known = [name for dimension in dimensions for name in UNITS[dimension]]
     # No unit is proposed for another: one letter more or less is a factor of a hundred.
-    made = "; one made of units that are known will do too, such as 'klbf ft' or 'kN/m'" if re.search("[-/* ]", unit) else ""
+    made = (
+        "; one made of units that are known will do too, such as 'klbf ft' or 'kN/m'"
+        if re.search("[-/* ]", unit)
+        else ""
+    )
     raise InputError(f"{where}: the unit must be one of {', '.join(known)}, got {unit!r}{made}")
 
 

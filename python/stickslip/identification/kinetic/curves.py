@@ -34,7 +34,9 @@ WHOLE = 3
 TOO_NEAR = 1e-13
 """Columns whose products leave less than this of each other are one and the same."""
 CLOSE = 1e-3
-"""Of the logarithm of a scale, between whose last two values a parabola is good enough."""
+"""Of the logarithm of a scale: within this of each other two values are near enough to go on from, by steps of at most it."""
+SAME = 1e-9
+"""Of the logarithm of a scale, below which a step changes nothing."""
 ONE_SPEED = 1.05
 """Speeds within this ratio are one, and show no curve."""
 
@@ -375,6 +377,8 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
     blank = Curve(terms, rows.reference, rows.middle, EXPONENTS.get(form.split(", ")[0], 1.0))
     scales = _scales(rows, blank) if "scale" in names else [blank.scale] * (1 + len(rows.parts))
     curve, *others = (replace(blank, scale=scale) for scale in scales)
+    if "scale" in names:
+        curve = _polished(rows, curve, names.index("scale"))
     numbers = linear(columns := curve.columns(rows), rows.force, rows.error)
     rest = rows.force - columns @ numbers
     if "scale" in names and not _falls(rows, curve, numbers):
@@ -536,6 +540,31 @@ def _least(grams: Array) -> tuple[Array, Array]:
     numbers = vectors @ (np.where(known, 1 / np.where(known, values, 1.0), 0.0)[:, :, None] * along)
     cost = size[:, -1] ** 2 * (1 - np.sum(scaled[:, :-1, -1] * numbers[:, :, 0], axis=1))
     return numbers[:, :, 0] * size[:, -1:] / size[:, :-1], cost
+
+
+def _polished(rows: Rows, curve: Curve, scale: int) -> Curve:
+    """The curve with its scale, number `scale` of its numbers, at the minimum: by Gauss and Newton from near there."""
+
+    def tried(curve: Curve) -> tuple[float, Array, Array]:
+        numbers = linear(columns := curve.columns(rows), rows.force, rows.error)
+        rest = rows.force - columns @ numbers
+        return float(np.sum((rest / rows.error) ** 2)), numbers, rest
+
+    cost, numbers, rest = tried(curve)
+    for _ in range(20):
+        jacobian = curve.jacobian(rows, numbers)
+        size = np.linalg.norm(jacobian, axis=0)
+        if not (size > 0).all():
+            break
+        step = float(linear(jacobian / size, rest, rows.error)[scale] / size[scale]) / curve.scale
+        near = replace(curve, scale=curve.scale * math.exp(float(np.clip(step, -CLOSE, CLOSE))))
+        least, others, left = tried(near)
+        if not least < cost:
+            break
+        curve, cost, numbers, rest = near, least, others, left
+        if abs(step) < SAME:
+            break
+    return curve
 
 
 def _scales(rows: Rows, blank: Curve) -> list[float]:

@@ -73,8 +73,8 @@ def widened(rows: Rows, fit: SteadyFit) -> tuple[SteadyFit, list[str], bool]:
             gain = 100 * (1 - math.sqrt(float(better.mean() / alone.mean())))
             notes.append(
                 f"What this form leaves of the force follows the {words}, and no form explains it: a free curve over the "
-                f"{words} misses held-back rows {gain:.0f} % less. {REMEDIES[words]} Intervals and any difference between the two senses of "
-                "slip are not valid, though the intervals were widened."
+                f"{words} misses held-back rows {gain:.0f} % less. {REMEDIES[words]} Intervals and any difference between "
+                "the two senses of slip are not valid, though the intervals were widened."
             )
             more = _by_cluster(columns, rest / rows.error, where)
             fit = fit.with_covariance(fit.covariance + more, min(fit.freedom, CLUSTERS - 1))

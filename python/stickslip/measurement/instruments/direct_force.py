@@ -239,8 +239,8 @@ def _run(record: Samples, bench: Bench) -> _Run:
             )
         if not pressed.all():
             notes.append(
-                f"{np.count_nonzero(~pressed)} of {len(time)} samples are left out: their normal force is zero, negative or less "
-                f"than {100 * LEAST_LOAD:g} % of the largest, so that friction over normal force says nothing"
+                f"{np.count_nonzero(~pressed)} of {len(time)} samples are left out: their normal force is zero, negative or "
+                f"less than {100 * LEAST_LOAD:g} % of the largest, so that friction over normal force says nothing"
             )
             record = replace(record, channels={name: values[pressed] for name, values in record.channels.items()})
             time, w, w_error, acceleration, friction, error = (
@@ -281,11 +281,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
         facts["main_line"], facts["main_line_error"] = line.frequency, line.error
         both_ways = bool((w > level).any() and (w < -level).any())
         facts["regime"] = (
-            "stick_slip"
-            if float(facts["stuck_share"]) > 0.02
-            else "reversing_slip"
-            if both_ways
-            else "almost_harmonic"
+            "stick_slip" if float(facts["stuck_share"]) > 0.02 else "reversing_slip" if both_ways else "almost_harmonic"
         )
     actuators = [record[name] for name in ("actuator_1", "actuator_2") if name in record]
     if actuators:
