@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+import os
 import signal
 import subprocess
 import sys
@@ -379,3 +382,19 @@ def test_progress_is_said_while_the_first_orbit_is_sought():
     first = said.index((1, 300))
     assert first > 1
     assert said[:first] == [(0, 300)] * first
+
+
+def test_a_command_that_is_asked_to_end_says_so(capsys, monkeypatch):
+    module = importlib.import_module("stickslip.cli.main")
+
+    @contextlib.contextmanager
+    def asked(_targets):
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(1)
+        yield
+
+    before = signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(module, "keeping_inputs", asked)
+    assert module.main(["schema", "system"]) == 130
+    assert capsys.readouterr().err == "stickslip: interrupted\n"
+    assert signal.getsignal(signal.SIGTERM) == before

@@ -106,6 +106,8 @@ def test_what_differs_from_record_to_record_stands_in_each(tmp_path):
     assert plan.rig_of(tmp_path / "pull-2.csv") == str(tmp_path / "rig.toml")
     assert [plan.rig_of(tmp_path / f"pull-8{k}.csv") for k in "ab"] == [RIG | {"drive_velocity": 0.8}] * 2
     assert Experiment.from_dict(plan.to_dict()).each == plan.each
+    by_stem = Experiment(plan.records, plan.rig, each={"pull-2": {"drive_velocity": 0.8}}, folder=plan.folder)
+    assert len(by_stem.sources()) == len(plan.sources())
     with pytest.raises(InputError, match=r"each names 'pull-9\.csv', and no record has such a name"):
         Experiment((str(tmp_path / "pull-*.csv"),), RIG, each={"pull-9.csv": {"mass": 2.0}}).sources()
     with pytest.raises(InputError, match="each must be tables of rig keys"):

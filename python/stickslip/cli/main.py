@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import signal
 import sys
+import threading
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -157,6 +159,19 @@ def _tell(message: Warning | str | Exception) -> None:
     print(f"stickslip: {FUNCTIONS.get(name, name)}{colon}{rest}", file=sys.stderr)
 
 
+@contextlib.contextmanager
+def _ended_in_order() -> Iterator[None]:
+    """A process that is asked to end (SIGTERM, as by `timeout` or a scheduler) ends as at Ctrl-C: nothing is left half done."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code."""
     parser = _parser()
@@ -174,7 +189,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for action in _commands(parser)[options.command]._actions:
             if action.dest in targets:
                 _check_target(targets[action.dest], str(action.metavar), options.command)
-        with keeping_inputs(targets.values()), _warning_in_one_line():
+        with _ended_in_order(), keeping_inputs(targets.values()), _warning_in_one_line():
             options.run(options)
     except InputError as error:
         _tell(error)

@@ -103,7 +103,7 @@ class Experiment(Document):
         if len(set(names)) < len(names):
             raise InputError("run: two records would have one folder of results; rename one of them")
         for pattern in self.each:
-            if found and not any(fnmatch(path.name, pattern) for path in found):
+            if found and not any(_named(path, pattern) for path in found):
                 raise InputError(
                     f"run: each names {pattern!r}, and no record has such a name; correct each, or records"
                 )
@@ -113,7 +113,7 @@ class Experiment(Document):
         """The rig of one record: its table, or the path of its file where nothing differs for this record."""
         rig = self.said("rig")
         for pattern, keys in self.each.items():
-            if fnmatch(path.name, pattern):
+            if _named(path, pattern):
                 rig = {**(read_toml(rig, "rig file") if isinstance(rig, str) else rig), **keys}
         return rig
 
@@ -242,6 +242,11 @@ def watch(
         if stop():
             return
         time.sleep(every)
+
+
+def _named(path: Path, pattern: str) -> bool:
+    """Whether a pattern names the record of this file, with its ending or without."""
+    return fnmatch(path.name, pattern) or fnmatch(path.stem, pattern)
 
 
 def _state_of(path: Path) -> str:
