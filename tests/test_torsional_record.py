@@ -9,6 +9,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.identification import fit_steady
 
 INERTIA, STIFFNESS, SPEED = 0.005, 2.0, 2.0
 """kg m^2, N m/rad and rad/s."""
@@ -124,3 +125,35 @@ def test_on_a_soft_string_sticks_end_where_the_mass_moves_off_and_not_where_it_i
         assert np.nanmedian(longer) < 0.12
         assert np.nanmedian(np.abs(late / rows["t_error"])) < 2
         assert np.nanmedian(np.abs(longer / rows["stick_time_error"])) < 2
+
+
+def test_samples_beside_a_stick_are_no_rows_of_the_curve():
+    # where a stick ends the acceleration jumps, and smoothing makes inertia of the jump: up to the whole force
+    inertia, stiffness, damping, drive, step = 374.0, 473.0, 20.0, 9.42, 1e-3
+    t, twist, speed, stuck, rows = 0.0, 0.0, 0.0, True, []
+    while t < 120:
+        torque = stiffness * twist + damping * (drive - speed)
+        stuck = stuck and abs(torque) <= 12000
+        if not stuck:
+            friction = 6500 + 5500 * np.exp(-((speed / 1.5) ** 2))
+            next_speed = speed + step * (torque - friction) / inertia
+            stuck = next_speed <= 0 < speed
+            speed = max(next_speed, 0.0)
+        twist += step * (drive - speed)
+        rows.append((t, stiffness * twist + damping * (drive - speed), speed))
+        t += step
+    random = np.random.default_rng(4)
+    t, torque, speed = np.array(rows[::20]).T
+    record = {
+        "t": t,
+        "torque": torque + 14 * random.standard_normal(t.size),
+        "w": speed + 0.03 * random.standard_normal(t.size),
+    }
+    columns = {"time": "t", "force": {"column": "torque", "unit": "N m"}, "velocity": {"column": "w", "unit": "rad/s"}}
+    rig = {"instrument": "direct_force", "inertia": inertia, "stuck_speed": 0.1, "columns": columns}
+    found = fit_steady(ss.measure(record, rig))
+    assert found.chosen == "Gaussian Stribeck"
+    assert "beside a stick" in " ".join(found.notes)
+    for name, truth in (("kinetic", 6500), ("weakening", 5500), ("scale", 1.5)):
+        value, error = found.parameters.loc[name, ["value", "error"]]
+        assert abs(value - truth) < 3 * error

@@ -161,7 +161,7 @@ def _tell(message: Warning | str | Exception) -> None:
 
 @contextlib.contextmanager
 def _ended_in_order() -> Iterator[None]:
-    """A process that is asked to end (SIGTERM, as by `timeout` or a scheduler) ends as at Ctrl-C: nothing is left half done."""
+    """A process that is asked to end (SIGTERM, as by `timeout`) ends as at Ctrl-C: nothing is left half done."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -27,6 +27,8 @@ OCTAVE = 2.0
 """Ratio of the ends of a range of speeds in which that is asked."""
 CURVED = 12
 """Of a free curve on either side, beside which it is seen whether the force follows the acceleration."""
+LEFT = 0.25
+"""Share of the samples of slip that must be left where those beside a stick are not taken."""
 FARTHEST = 1e60
 """Numbers larger than this are no friction in any unit."""
 
@@ -49,10 +51,13 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], list[str]]:
         stated = "slip_velocity_error" in root
         moving = np.abs(w) > SENSE * (_numbers(root, "slip_velocity_error", name) if stated else noise_level(w))
         slides = ~root["stuck"].to_numpy().astype(bool) if "stuck" in root else np.ones(len(w), dtype=bool)
-        rows, inertia, notes = _with_inertia(rows, root, moving & slides, name)
-        slowest = _slowest(w, force - inertia, moving)
-        notes += _left_out(np.abs(w), slides, moving, slowest, name)
-        moving &= slides & (np.abs(w) > slowest)
+        smoothed = _smoothed_over(root, slides) if table is not None else np.zeros(len(w), dtype=bool)
+        if np.count_nonzero(moving & slides & ~smoothed) < LEFT * np.count_nonzero(moving & slides):
+            smoothed[:] = False
+        rows, inertia, notes = _with_inertia(rows, root, moving & slides & ~smoothed, name)
+        slowest = _slowest(w, force - inertia, moving & ~smoothed)
+        notes += _left_out(np.abs(w), slides, smoothed, moving, slowest, name)
+        moving &= slides & ~smoothed & (np.abs(w) > slowest)
     elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
         w = _numbers(table, "slip_velocity", name)
         unknown = np.full(len(w), math.nan)
@@ -96,12 +101,39 @@ def _with_inertia(
     return moved, off * acceleration, [note]
 
 
+def _smoothed_over(root: xr.Dataset, slides: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Samples of slip that are less than a period of the cut-off frequency from a stick.
+
+    The slip acceleration jumps where a stick ends. Smoothing takes the jump for a rise that begins before it, so inertia and
+    speed are wrong on both sides.
+    """
+    cutoff = float(root.attrs.get("cutoff", math.nan))
+    if not cutoff > 0 or slides.all() or not slides.any():
+        return np.zeros(slides.size, dtype=bool)
+    time = _numbers(root, "time", "time")
+    stuck = time[~slides]
+    after = np.searchsorted(stuck, time)
+    since, until = time - stuck[np.maximum(after - 1, 0)], stuck[np.minimum(after, stuck.size - 1)] - time
+    return slides & (np.minimum(np.abs(since), np.abs(until)) < 1 / cutoff)
+
+
 def _left_out(
-    speed: Array, slides: npt.NDArray[np.bool_], moving: npt.NDArray[np.bool_], slowest: float, name: str
+    speed: Array,
+    slides: npt.NDArray[np.bool_],
+    smoothed: npt.NDArray[np.bool_],
+    moving: npt.NDArray[np.bool_],
+    slowest: float,
+    name: str,
 ) -> list[str]:
     """How many samples of slip are no rows, at what speeds, and why."""
-    unsure, slow = slides & ~moving, slides & moving & (speed <= slowest)
+    left = slides & ~smoothed
+    unsure, slow = left & ~moving, left & moving & (speed <= slowest)
     parts = []
+    if smoothed.any():
+        parts.append(
+            f"{np.count_nonzero(smoothed)} up to w = {speed[smoothed].max():.3g}, beside a stick, where the acceleration "
+            "jumps and smoothing takes speed and inertia along"
+        )
     if unsure.any():
         parts.append(
             f"{np.count_nonzero(unsure)} up to w = {speed[unsure].max():.3g}, not clear of the error of w, so that the sense "
