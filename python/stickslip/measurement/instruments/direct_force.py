@@ -136,7 +136,8 @@ def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
     for key, value in force.channels.items():
         if key != "time":
             channels[key] = np.interp(time[inside], force.time, value)
-    return Samples(channels, {**motion.units, **force.units}, f"{force.source}, {motion.source}", tuple(notes))
+    units, source = {**motion.units, **force.units}, f"{force.source}, {motion.source}"
+    return Samples(channels, units, source, tuple(notes), scale_error=motion.scale_error)
 
 
 def _check_without_inertia(found: Offset, force: Samples, motion: Samples, speed: Array, acceleration: Array) -> None:
@@ -222,7 +223,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
     inertia = bench.number("inertia")
     unit = record.units["force"]
     friction = force - inertia * acceleration
-    error = np.hypot(noise_level(force), inertia * acceleration_error)
+    error = np.hypot(noise_level(force), inertia * np.hypot(acceleration_error, record.scale_error * acceleration))
     if inertia == 0.0:
         notes.append(
             "inertia is 0: the instrument's reading is taken as friction, so what lies between instrument and contact and is "
