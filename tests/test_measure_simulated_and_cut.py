@@ -10,7 +10,7 @@ import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import identify
 from stickslip.measurement import Rig, load_rig, measure
-from stickslip.measurement.signals.noise import clipped, noise_level
+from stickslip.measurement.signals.noise import clipped, impulses, noise_level
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
 DAMPING = 0.05
@@ -89,6 +89,22 @@ def test_rounded_peaks_are_no_flats(noise):
     rng = np.random.default_rng(3)
     for peaks in (np.sin(time), np.sqrt(np.abs(np.sin(time))), motion(0.4)[1], np.abs(np.sin(time))):
         assert not clipped(peaks + noise * rng.standard_normal(len(peaks)), noise).any()
+
+
+@pytest.mark.parametrize("at", [0, -1])
+def test_a_first_or_last_reading_of_zero_costs_no_stick(at):
+    """As a logger writes it before its first conversion: the motion was then called almost harmonic, without a stick."""
+    time, x, noise, true = noisy(0.1)
+    x = x + noise
+    x[at] = x.min() - 3
+    friction = measure({"t": time, "x": x}, rig(0.1))
+    assert any("1 isolated impulses" in note for note in friction.attrs["notes"])
+    assert friction.attrs["regime"] == "stick_slip"
+    assert friction.sizes["time"] == len(time)
+    assert len(friction["break_away"]["t"]) >= len(true) - 1
+    for start in range(0, 400, 7):  # a record that begins or ends in a slip has no impulse there
+        part = slice(start, start + 100)
+        assert not impulses(x[10:-10][part], 3e-3)[[0, -1]].any()
 
 
 BENCH = {

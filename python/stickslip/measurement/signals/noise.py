@@ -46,7 +46,8 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     """Samples that stand out alone, more than five sigmas from the median of their seven neighbours.
 
     The excess over the neighbourhood's own range is what counts, so a steep slip is not taken for an impulse; nor is the
-    sharp end of a slip that few samples show, which the cubic through the four neighbours predicts.
+    sharp end of a slip that few samples show, which the cubic through the four neighbours predicts. The first and the last
+    sample stand out where they lie off the parabola through the next three, by three times the range of the next seven.
     """
     middle = median_filter(signal, 7, mode="nearest")
     deviation = np.abs(signal - middle)
@@ -56,7 +57,12 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     around = np.pad(signal, 2, mode="edge")
     cubic = (4 * (around[1:-3] + around[3:-1]) - around[:-4] - around[4:]) / 6
     least = 5 * max(noise, 1e-300)
-    return np.asarray((deviation > least + 3 * slope) & (np.abs(signal - cubic) > least))
+    found = np.asarray((deviation > least + 3 * slope) & (np.abs(signal - cubic) > least))
+    for at, inward in ((0, 1), (-1, -1)):  # the first and the last sample have neighbours on one side only
+        beside = signal[::inward][1:8]
+        expected = 3 * beside[0] - 3 * beside[1] + beside[2]
+        found[at] |= bool(abs(signal[at] - expected) > math.sqrt(20) * least + 3 * float(np.ptp(beside)))
+    return found
 
 
 def stretches(mask: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
