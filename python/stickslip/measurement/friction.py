@@ -286,7 +286,10 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
         fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o))
     friction = friction_force(fit, sticks)
     hidden = _hidden(draft)
-    sticks = [replace(one, sure=one.sure and not any(a <= one.end <= b for a, b in hidden)) for one in sticks]
+    sticks = [
+        replace(one, sure=one.sure and not any(a - one.end_error <= one.end <= b + one.end_error for a, b in hidden))
+        for one in sticks
+    ]
     if sticks and not soft:
         friction = with_hidden_fall(friction, sticks)
     lasting = [stick.end - stick.start for stick in sticks]

@@ -28,6 +28,9 @@ LAG_BINS, LAG_LEAST = 24, 0.5
 MOST_LAGS = 200
 """To each side are tried."""
 
+MOST_SAMPLES = 20_000
+"""Of the motion that are looked at for a lag, spread over the record."""
+
 STRETCHES = 10
 """Of a record that must agree on a lag."""
 
@@ -262,21 +265,24 @@ def lag_of_force(time: Array, force: Array, speed: Array, acceleration: Array) -
     (True, 0.06)
     """
     step = float(np.median(np.diff(time)))
-    ways = np.bincount(speed * acceleration > 0, minlength=2)
+    some = slice(None, None, max(len(time) // MOST_SAMPLES, 1))
+    w, a = speed[some], acceleration[some]
+    ways = np.bincount(w * a > 0, minlength=2)
     if ways.min() < 10 * LAG_BINS or step <= 0:
         return None
-    edges = np.quantile(speed, np.linspace(0, 1, LAG_BINS + 1)[1:-1])
+    edges = np.quantile(w, np.linspace(0, 1, LAG_BINS + 1)[1:-1])
     # across a change of sign no level serves
-    bins = np.searchsorted(np.unique([*edges, 0.0]), speed)
-    parts = np.minimum(np.arange(len(time)) * STRETCHES // len(time), STRETCHES - 1)
+    bins = np.searchsorted(np.unique([*edges, 0.0]), w)
+    parts = np.arange(len(w)) * STRETCHES // len(w)
 
     def rests(lag: float, along: Array) -> Array:
         """Mean square of what is left in each stretch, the force shifted along the time or the path."""
-        inside = (along + lag >= along[0]) & (along + lag <= along[-1])
-        seen = np.interp(along[inside] + lag, along, force)
+        shifted = along[some] + lag
+        inside = (shifted >= along[0]) & (shifted <= along[-1])
+        seen = np.interp(shifted[inside], along, force)
         kind, part = bins[inside], parts[inside]
         count = np.maximum(np.bincount(kind), 1)
-        both = np.stack([seen, acceleration[inside]])
+        both = np.stack([seen, a[inside]])
         both = np.stack([values - (np.bincount(kind, values) / count)[kind] for values in both])
         left = both[0] - (both[0] @ both[1]) / max(both[1] @ both[1], 1e-300) * both[1]
         total = np.bincount(part, minlength=STRETCHES)
@@ -284,7 +290,7 @@ def lag_of_force(time: Array, force: Array, speed: Array, acceleration: Array) -
 
     # a lag is short against the time in which the motion turns round
     turns = max(int(np.count_nonzero(np.diff(np.sign(acceleration)))), 1)
-    most = 0.15 * float(np.ptp(time)) / turns
+    most = float(np.ptp(time)) * min(0.15 / turns, 0.05)
     lags = np.linspace(-most, most, 2 * int(np.clip(most / step, 2, MOST_LAGS)) + 1)
     table = np.array([rests(lag, time) for lag in lags])
     whole = np.nanmean(table, axis=1)
