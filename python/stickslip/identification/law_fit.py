@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -462,10 +462,24 @@ def undecided(parameters: pd.DataFrame, covariance: pd.DataFrame) -> list[str]:
 
 def _unsaid_zero(records: Sequence[FrictionRecord], offset: bool) -> list[str]:
     """A sentence where the level of friction stands on a zero of the instrument that nobody gave and no record can tell."""
-    if offset or not all(record.rig and not record.rig.get("rest") and not record.both_senses() for record in records):
+    rigs = [record.rig for record in records]
+    known = any(not rig or rig.get("rest") or _zeroed(rig) for rig in rigs)
+    if offset or known or any(record.both_senses() for record in records):
         return []
+    spring = all(rig.get("instrument") in ("displacement", "spring_force") for rig in rigs)
+    taken = (
+        "The spring is taken as slack at the reading 0 (rest in the rig sets another)."
+        if spring
+        else "The reading 0 of the instrument is taken as no force (zero of its column in the rig sets another)."
+    )
     return [
-        "The spring is taken as slack at the reading 0 (rest in the rig sets another). All slip is one way, so nothing here "
-        "can tell: where that zero is arbitrary, all friction forces are off by the force it stands for, which no "
-        "interval holds."
+        f"{taken} All slip is one way, so nothing here can tell: where that zero is arbitrary, all friction forces are off "
+        "by the force it stands for, which no interval holds."
     ]
+
+
+def _zeroed(rig: Mapping[str, Any]) -> bool:
+    """Whether a rig says which reading of its force means zero."""
+    columns = rig.get("columns", {})
+    given = [columns[name] for name in ("force", "current", "torque") if name in columns]
+    return any(isinstance(column, Mapping) and {"zero", "zero_row"} & {*column} for column in given)

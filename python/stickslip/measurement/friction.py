@@ -52,6 +52,9 @@ from stickslip.measurement.sticks import (
 
 Array = npt.NDArray[np.float64]
 
+LEAST_NOISE = 1e-5
+"""Of the range of a record: with less noise each slip would be told from a stick by what the splines of the fit round off."""
+
 FACTS = ["regime", "slips", "stuck_share", "slow_share", "main_line", "main_line_error", "stiffness", "inertia"]
 """What a summary prints."""
 
@@ -85,7 +88,7 @@ def measure(
     `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
     that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; `break_away_late`, the
     standard error in s by which all break-aways of the record may be early or late together (it is in their errors too);
-    `scale_error`, the relative error that all lengths share, where the motion states one; for other instruments the names
+    `scale_error`, the relative error that all lengths share, where a motion states one; for other instruments the names
     in `facts`.
 
     Raises
@@ -116,7 +119,11 @@ def measure(
         records = record if isinstance(record, list | tuple) else [record]
         if not records:
             raise InputError("measure: a record or a list of records was expected, got an empty list")
-        return instrument.measure([instrument.read(one, rig) for one in records], rig)
+        samples = [instrument.read(one, rig) for one in records]
+        tree = instrument.measure(samples, rig)
+        if scale_error := max(one.scale_error for one in samples):
+            tree.attrs["scale_error"] = scale_error
+        return tree
     spring = rig.rigs[0] if isinstance(rig, Chain) else rig
     if isinstance(record, list | tuple):
         if len(record) != 1:
@@ -188,21 +195,27 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         raise InputError(f"{record.source}: column {rig.column!r} is constant; there is no motion in it to measure")
     check_sampling(record, rig)
     known_noise = None if rig.noise is None else rig.noise * abs(rig.force_unit) / (o.stiffness if spring else 1.0)
-    noise = known_noise or noise_level(x)
-    if noise == 0.0:
-        noise = 1e-9 * float(np.ptp(x))
-    spikes = impulses(x, noise)
-    weight = np.where(spikes, 0.0, 1.0 if record.weight is None else record.weight)
-    if spikes.any():
-        notes.append(
-            f"{np.count_nonzero(spikes)} isolated impulses ({100 * spikes.mean():.1f} % of the samples) were left out"
-        )
-    beyond = clipped(x, noise)
+    weight = np.ones(len(x)) if record.weight is None else record.weight.copy()
+    noise, least = known_noise or noise_level(x, weight), LEAST_NOISE * float(np.ptp(x))
+    beyond = clipped(x, max(noise, least))
     if beyond.any():
         weight[beyond] = 0.0
+        noise = known_noise or noise_level(x, weight)
         notes.append(
             f"{np.count_nonzero(beyond)} samples ({100 * beyond.mean():.1f} %) stand at the end of the instrument's range: "
             "it was saturated there; they were left out, and break-aways among them are not seen; widen the range"
+        )
+    if noise < least:
+        noise = least
+        notes.append(
+            f"the samples scatter by less than {LEAST_NOISE:g} of their range, as those of a simulated record do: noise of "
+            "that size was taken, and the errors are those it makes"
+        )
+    spikes = impulses(x, noise)
+    if spikes.any():
+        weight[spikes] = 0.0
+        notes.append(
+            f"{np.count_nonzero(spikes)} isolated impulses ({100 * spikes.mean():.1f} % of the samples) were left out"
         )
 
     presmoothed = presmooth(time, x, weight, o, noise)
@@ -273,7 +286,10 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
         fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o))
     friction = friction_force(fit, sticks)
     hidden = _hidden(draft)
-    sticks = [replace(one, sure=one.sure and not any(a <= one.end <= b for a, b in hidden)) for one in sticks]
+    sticks = [
+        replace(one, sure=one.sure and not any(a - one.end_error <= one.end <= b + one.end_error for a, b in hidden))
+        for one in sticks
+    ]
     if sticks and not soft:
         friction = with_hidden_fall(friction, sticks)
     lasting = [stick.end - stick.start for stick in sticks]

@@ -149,15 +149,15 @@ def as_record(source: Any, rig: Rig) -> Record:
             f"{table.source}: {len(signal)} samples are too short a record, at least {LEAST_SAMPLES} are needed"
         )
     time, stamped = _time(table, time_column, rig, len(signal), notes)
-    if rig.read.window is not None:
-        inside = (time >= rig.read.window[0]) & (time < rig.read.window[1])
-        rows = np.arange(len(time)) + table.first_row if table.rows is None else table.rows
-        time, signal, table = time[inside], signal[inside], replace(table, rows=rows[inside])
-        if len(signal) < LEAST_SAMPLES:
-            raise InputError(
-                f"{table.source}: {len(signal)} samples lie in the window {list(rig.read.window)} s, at least "
-                f"{LEAST_SAMPLES} are needed"
-            )
+    inside = in_window(time, rig.read.window)
+    table, time, signal = table.part(inside), time[inside], signal[inside]
+    if len(signal) < LEAST_SAMPLES:
+        raise InputError(
+            f"{table.source}: {len(signal)} samples lie in the window {list(rig.read.window or ())} s, at least "
+            f"{LEAST_SAMPLES} are needed"
+        )
+    if stamped is not None:
+        check_finite(time, stamped, table, "refuse")
     check_finite(signal, column, table, rig.read.missing)
     if stamped is not None:
         _check_stamps(time, stamped, table, rig)
@@ -174,9 +174,10 @@ def as_record(source: Any, rig: Rig) -> Record:
         notes.append(f"{count} missing samples of {column!r} were left out ({100 * count / len(good):.1f} %)")
     time, signal, weight = _bridged(time, signal, weight, table.source, notes)
     stated = table.columns.get(f"{column}_error", np.zeros(0))
-    stated = stated[np.isfinite(stated)]
+    stated = stated[inside & np.isfinite(stated)] if len(stated) == len(inside) else np.zeros(0)
     error = float(np.median(stated)) if len(stated) else None
-    scale_error = _scale_error(source, rig, table.unit_of(column))
+    # of pixels the rig states the size, and a force is no length
+    scale_error = table.scale_error if rig.instrument == "displacement" and table.unit_of(column) != "px" else 0.0
     if scale_error:
         notes.append(
             f"all lengths share a relative standard error of {100 * scale_error:.2g} % (scale_error of the motion), and so "
@@ -185,24 +186,32 @@ def as_record(source: Any, rig: Rig) -> Record:
     return Record(time, signal, table.source, tuple(notes), weight, error, scale_error)
 
 
-def _scale_error(source: Any, rig: Rig, unit: str | None) -> float:
-    """Relative error of the lengths of a motion; 0 for pixels, whose size the rig states, and for other records."""
-    stated = getattr(source, "attrs", {}).get("scale_error", 0.0)
-    known = rig.instrument == "displacement" and unit != "px" and isinstance(stated, int | float | np.floating)
-    return float(stated) if known and np.isfinite(stated) and stated > 0 else 0.0
+def in_window(time: Array, window: tuple[float, float] | None) -> npt.NDArray[np.bool_]:
+    """The rows of a record from the first to the last stamp in [first, end) s; all where there is no window.
+
+    A row between these whose stamp is no number is among them, to be refused; what lies outside is nobody's concern.
+    """
+    rows = np.arange(len(time))
+    if window is None:
+        return rows >= 0
+    outside = (time < window[0]) | (time >= window[1])
+    seen = np.flatnonzero(np.isfinite(time) & ~outside)
+    return (rows >= seen[0]) & (rows <= seen[-1]) & ~outside if len(seen) else rows < 0
 
 
 def table_of(source: Any) -> Table:
     """Columns of arrays in memory; rows count from 0."""
     attributes = getattr(source, "attrs", {})
-    name = attributes.get("source", "record") if isinstance(attributes, Mapping) else "record"
+    attributes = attributes if isinstance(attributes, Mapping) else {}
+    name = attributes.get("source", "record")
     if not hasattr(source, "data_vars"):
         return Table(_columns_of(source), str(name), first_row=0)
+    stated = attributes.get("scale_error", 0.0)
+    scale_error = float(stated) if isinstance(stated, int | float | np.floating) and 0 < stated < np.inf else 0.0
     parts = _parts_of(source)
     units = {part: str(value.attrs["units"]) for part, value in parts.items() if "units" in value.attrs}
-    return Table(
-        _columns_of({part: value.values for part, value in parts.items()}), str(name), first_row=0, units=units
-    )
+    columns = _columns_of({part: value.values for part, value in parts.items()})
+    return Table(columns, str(name), first_row=0, units=units, scale_error=scale_error)
 
 
 def _parts_of(source: Any) -> dict[str, Any]:
@@ -281,7 +290,6 @@ def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[
     wanted = table.name_of(wanted)
     table.refuse_unit(wanted, rig.time_unit, table.unit_of(wanted), 'time_unit = "{}"')
     time = table.columns[wanted] * find_unit(rig.time_unit, ("time",), "rig: time_unit")[1]
-    check_finite(time, wanted, table, "refuse")
     if len(time) != n:
         raise InputError(f"{name}: column {wanted!r} has {len(time)} rows and {rig.column!r} has {n}; they must agree")
     return time, wanted

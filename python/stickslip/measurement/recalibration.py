@@ -133,7 +133,10 @@ def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: 
     if refused:
         return draft, [f"{seen}: the {kept.replace('_', ' ')} of the rig was kept, {refused}"]
     if not spring:
-        note = f"{seen}: drive velocity re-calibrated from {o.drive_velocity:g} to {slope.value:.5g}"
+        note = (
+            f"{seen}: drive velocity re-calibrated from {o.drive_velocity:g} to {slope.value:.5g} (an error of the length "
+            "scale, which is in all forces k x, would look the same)"
+        )
         return replace(draft, oscillator=replace(o, drive_velocity=slope.value)), [note]
     note = (
         f"{seen}: stiffness re-calibrated from {o.stiffness:g} to {o.stiffness * ratio:.4g} N/m so that v = 0 while stuck "

@@ -381,6 +381,7 @@ class _OneStick:
                 square[:, column] += slip.square
                 linear[:, column] += slip.linear
                 constant[:, column] += slip.constant
+        longer &= square > 0  # where nothing is seen of a stick and the slips beside it, there is no evidence
         found = np.full(longer.shape, np.inf)
         found[longer] = integrated_evidence(square[longer], linear[longer], constant[longer])
         return found

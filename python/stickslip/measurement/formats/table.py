@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +38,7 @@ class Table:
     first_row : number of the first row as a person counts.
     notes : what was left out while reading.
     units : name -> unit, for the columns of which the file says it.
+    scale_error : relative standard error that all lengths share, as a motion states it; 0 where nothing is stated.
     """
 
     columns: dict[str, Array]
@@ -46,6 +47,7 @@ class Table:
     first_row: int = 1
     notes: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
+    scale_error: float = 0.0
 
     def name_of(self, column: str | int) -> str:
         """The name of a column that is given by its name or its number (from 1)."""
@@ -75,6 +77,11 @@ class Table:
             raise InputError(
                 f"{self.source}: {column!r} is in {stated} and the rig says {unit}; write {write.format(stated)} in the rig"
             )
+
+    def part(self, rows: npt.NDArray[np.bool_]) -> Table:
+        """The table that numbers its rows as those of a part of its samples; its columns stay whole."""
+        numbers = np.arange(len(rows)) + self.first_row if self.rows is None else self.rows
+        return replace(self, rows=numbers[rows])
 
     def row(self, index: int) -> int:
         """Number of a sample's row in the file."""

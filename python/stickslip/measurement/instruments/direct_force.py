@@ -18,7 +18,7 @@ from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Bench, Constant, Instrument, Samples
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
-from stickslip.measurement.signals.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
+from stickslip.measurement.signals.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset, lag_of_force
 from stickslip.measurement.signals.noise import noise_level, stretches
 from stickslip.measurement.signals.smooth import jerk_spline
 from stickslip.measurement.signals.spectra import main_line
@@ -74,7 +74,7 @@ class _DirectForce(Instrument):
     def read(self, source: Any, bench: Bench) -> Samples:
         if not bench.companion:
             samples = super().read(source, bench)
-            return _force_of_current(samples, samples, bench)
+            return _without_lag(_force_of_current(samples, samples, bench), bench)
         main = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
         companion = self.read_companion(source, bench)
         return _join(_force_of_current(main, companion, bench), companion, bench)
@@ -88,6 +88,24 @@ def _force_of_current(samples: Samples, motion: Samples, bench: Bench) -> Sample
     force = bench.number("force_per_current") * samples["current"]
     channels = {name: values for name, values in samples.channels.items() if name != "current"} | {"force": force}
     return replace(samples, channels=channels, units={**samples.units, "force": unit})
+
+
+def _without_lag(samples: Samples, bench: Bench) -> Samples:
+    """The force at the times of the motion it belongs to, where the rig says by how much it is written late."""
+    lag = bench.maybe("clock_offset")
+    if not lag:
+        return samples
+    time = samples.time
+    inside = (time + lag >= time[0]) & (time + lag <= time[-1])
+    if np.count_nonzero(inside) < LEAST_SAMPLES:
+        raise InputError(
+            f"{samples.source}: {np.count_nonzero(inside)} samples are left with a clock_offset of {lag:g} s, at least "
+            f"{LEAST_SAMPLES} are needed; correct clock_offset"
+        )
+    channels = {name: values[inside] for name, values in samples.channels.items()}
+    channels["force"] = np.interp(time[inside] + lag, time, samples["force"])
+    note = f"the force was taken {lag:g} s later than the motion, as the rig says (clock_offset)"
+    return replace(samples, channels=channels, notes=(*samples.notes, note))
 
 
 def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
@@ -138,7 +156,8 @@ def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
     for key, value in force.channels.items():
         if key != "time":
             channels[key] = np.interp(time[inside], force.time, value)
-    return Samples(channels, {**motion.units, **force.units}, f"{force.source}, {motion.source}", tuple(notes))
+    units, source = {**motion.units, **force.units}, f"{force.source}, {motion.source}"
+    return Samples(channels, units, source, tuple(notes), scale_error=motion.scale_error)
 
 
 def _check_without_inertia(found: Offset, force: Samples, motion: Samples, speed: Array, acceleration: Array) -> None:
@@ -223,8 +242,16 @@ def _run(record: Samples, bench: Bench) -> _Run:
     notes.append(f"speed and acceleration are smoothed with a cut-off of {smooth.cutoff:.3g} Hz")
     inertia = bench.number("inertia")
     unit = record.units["force"]
+    if (lag := lag_of_force(time, force, w, acceleration)) is not None:
+        offset = lag.value + (bench.maybe("clock_offset") or 0.0)
+        notes.append(
+            f"the force is {'late' if lag.value > 0 else 'early'} against the motion by {abs(lag.value):.3g} +- "
+            f"{lag.error:.1g} s: so shifted, friction over speed is one curve for speeding up and for slowing down (it "
+            f"scatters by {lag.after:.3g} {unit}, now by {lag.before:.3g} {unit}). It is a delay of the channel, which "
+            f"clock_offset = {offset:.3g} in the rig takes out, or friction that builds up over a distance at each reversal"
+        )
     friction = force - inertia * acceleration
-    error = np.hypot(noise_level(force), inertia * acceleration_error)
+    error = np.hypot(noise_level(force), inertia * np.hypot(acceleration_error, record.scale_error * acceleration))
     if inertia == 0.0:
         notes.append(
             "inertia is 0: the instrument's reading is taken as friction, so what lies between instrument and contact and is "

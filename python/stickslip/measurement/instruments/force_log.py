@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -30,7 +31,8 @@ class _ForceLog(Instrument):
         if not bench.companion:
             return super().read(source, bench)
         log = super().read(source, replace(bench, companion=""))
-        return replace(log, companion=self.read_companion(source, bench, LEAST_PICTURES))
+        film = self.read_companion(source, bench, LEAST_PICTURES)
+        return replace(log, companion=film, scale_error=film.scale_error)
 
 
 def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
@@ -148,12 +150,13 @@ def _join(
         )
     block, extension = film["displacement"], film["drive_displacement"] - film["displacement"]
     found = spring_offset(log.time, log["force"], film.time, extension, taut=bench.maybe("taut"))
+    stiffness_error = math.hypot(found.stiffness_error, film.scale_error * found.stiffness)
     given = bench.maybe("clock_offset")
     offset = found.value if given is None else given
     notes += [
         *film.notes,
         f"the clock of the log is ahead of the film's by {found.value:.2f} +- {found.error:.2f} s, where force and extension "
-        f"are one spring of {found.stiffness:.4g} +- {found.stiffness_error:.2g} N/m to {found.residual:.2g} N rms; "
+        f"are one spring of {found.stiffness:.4g} +- {stiffness_error:.2g} N/m to {found.residual:.2g} N rms; "
         + ("this was used" if given is None else f"the rig says {given:g} s, which was used"),
     ]
     if given is not None and abs(given - found.value) > 3 * found.error:
@@ -172,7 +175,7 @@ def _join(
         "clock_offset": offset,
         "clock_offset_error": found.error if given is None else 0.0,
         "spring_stiffness": found.stiffness,
-        "spring_stiffness_error": found.stiffness_error,
+        "spring_stiffness_error": stiffness_error,
         "spring_residual": found.residual,
     }
     length, unit = film.units["displacement"], log.units["force"]

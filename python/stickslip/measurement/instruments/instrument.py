@@ -17,13 +17,15 @@ from stickslip.files.checks import check_keys
 from stickslip.files.schema import Document, Says, kind_of
 from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table
-from stickslip.measurement.read import check_finite, check_increasing, one_segment, read_table, table_of
+from stickslip.measurement.read import check_finite, check_increasing, in_window, one_segment, read_table, table_of
 from stickslip.measurement.rigs.layout import Layout
 from stickslip.measurement.signals.reading_faults import reading_faults
 
 Array = npt.NDArray[np.float64]
 
 LEAST_SAMPLES = 32
+LENGTHS = ("length", "speed")
+"""What a film measures that share its scale; an angle has none."""
 NOISY = ("N", "N m", "Pa", "A", "1")
 """SI units of what an instrument never reads the same twice, even of a rig at rest; a displacement it does."""
 
@@ -126,7 +128,7 @@ class Samples:
     ----------
     channels : name -> (n,) values.
     units : name -> SI unit.
-    source, notes : as in a `Record`.
+    source, notes, scale_error : as in a `Record`.
     companion : the channels of a second file, on another clock.
     """
 
@@ -135,6 +137,7 @@ class Samples:
     source: str
     notes: tuple[str, ...] = ()
     companion: Samples | None = None
+    scale_error: float = 0.0
 
     def __getitem__(self, name: str) -> Array:
         return self.channels[name]
@@ -333,24 +336,30 @@ class Instrument:
         units: dict[str, str] = {}
         names: dict[str, str] = {}
         readings: dict[str, Array] = {}
+        lengths = False
         for name, channel in channels.items():
             columns = channel.column if isinstance(channel.column, tuple) else (channel.column,)
             found = [table.name_of(column) for column in columns]
             raw = np.concatenate([table.columns[column] for column in found])
             if channel.valid is not None:
                 raw = np.where((raw >= channel.valid[0]) & (raw <= channel.valid[1]), raw, np.nan)
-            else:
-                check_finite(raw, found[0], table, layout.missing)
             # What a scale turns into the channel's unit has another one in the file.
             stated = table.unit_of(found[0]) if abs(channel.scale) == 1 else table.units.get(found[0])
             table.refuse_unit(found[0], channel.unit, stated, f'unit = "{{}}" for {name}')
             unit = channel.unit or stated or si_unit(dimensions[name][0])
             dimension, size = find_unit(unit, dimensions[name], name)
             values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
-            units[name], names[name] = si_unit(dimension), found[0]
-            if name != "time" and not channel.resets:  # a reading is held over a reset
-                readings[name] = raw
-        return _on_clock(values, units, names, readings, table, layout, rate, channels, self.optional, least)
+            units[name], names[name], readings[name] = si_unit(dimension), found[0], raw
+            # the rig states the size of a pixel itself
+            lengths = lengths or (dimension in LENGTHS and stated != "px")
+        samples = _on_clock(values, units, names, readings, table, layout, rate, channels, self.optional, least)
+        if not lengths or not table.scale_error:
+            return samples
+        note = (
+            f"all lengths and speeds share a relative standard error of {100 * table.scale_error:.2g} % (scale_error of the "
+            "motion), which no interval here holds"
+        )
+        return replace(samples, notes=(*samples.notes, note), scale_error=table.scale_error)
 
 
 def _on_clock(
@@ -377,6 +386,13 @@ def _on_clock(
     if "time" not in values:
         assert rate is not None
         values["time"], units["time"] = np.arange(n) / rate, "s"
+    inside = in_window(values["time"], layout.window)
+    table = table.part(inside)
+    values = {name: value[inside] for name, value in values.items()}
+    for name, raw in readings.items():
+        readings[name] = raw[inside]
+        if channels[name].valid is None:
+            check_finite(readings[name], names[name], table, layout.missing)
     # a drop-out in a channel that is only told about does not cost the others their sample
     core = [name for name in values if name not in optional or channels[name].valid is None]
     good = np.all([np.isfinite(values[name]) for name in core], axis=0)
@@ -385,17 +401,16 @@ def _on_clock(
         count = int(np.count_nonzero(~good))
         what = "row with a missing value was" if count == 1 else "rows with missing values were"
         notes.append(f"{count} {what} left out (column {missing})")
-    if layout.window is not None:
-        good &= (values["time"] >= layout.window[0]) & (values["time"] <= layout.window[1])
     if np.count_nonzero(good) < least:
         raise InputError(
             f"{table.source}: {np.count_nonzero(good)} usable samples are too short a record, at least {least} are needed"
         )
     kept = {name: value[good] for name, value in values.items()}
-    rows = np.arange(n)[good] + table.first_row if table.rows is None else table.rows[good]
     if "time" in names:
-        check_increasing(kept["time"], names["time"], replace(table, rows=rows))
+        check_increasing(kept["time"], names["time"], table.part(good))
     for name, raw in readings.items():
+        if name == "time" or channels[name].resets:  # a reading is held over a reset
+            continue
         seen = good & np.isfinite(raw)
         faults = reading_faults(raw[seen], values["time"][seen], noisy=units[name] in NOISY)
         notes += [f"column {names[name]!r}: {fault}" for fault in faults]

@@ -13,12 +13,18 @@ Array = npt.NDArray[np.float64]
 
 MAD_TO_SIGMA = 1.4826
 
+BAND = 7.0
+"""Within so many standard deviations lie all samples of a level with noise."""
+FLAT = 12
+"""Fewest samples of a flat that has noise."""
 
-def noise_level(signal: Array) -> float:
+
+def noise_level(signal: Array, weight: Array | None = None) -> float:
     """Standard deviation of white noise on a smooth signal, from its third differences.
 
     A third difference removes what is quadratic over four samples and has 20 times the variance of the noise; the
-    median makes it blind to impulses and to the samples at events.
+    median makes it blind to impulses and to the samples at events. Differences with a sample of no `weight` do not count:
+    readings at the end of a range, and lines across what is missing, have no noise.
 
     Examples
     --------
@@ -27,6 +33,9 @@ def noise_level(signal: Array) -> float:
     0.01
     """
     differences = np.abs(np.diff(signal, 3))
+    if weight is not None:
+        seen = np.lib.stride_tricks.sliding_window_view(weight > 0, 4).all(axis=1)
+        differences = differences[seen] if seen.any() else differences
     level = MAD_TO_SIGMA * float(np.median(differences)) / math.sqrt(20)
     if level == 0.0:  # a coarsely quantised record: most differences vanish
         level = float(np.sqrt(np.mean(np.minimum(differences, np.quantile(differences, 0.99)) ** 2) / 20))
@@ -37,7 +46,8 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     """Samples that stand out alone, more than five sigmas from the median of their seven neighbours.
 
     The excess over the neighbourhood's own range is what counts, so a steep slip is not taken for an impulse; nor is the
-    sharp end of a slip that few samples show, which the cubic through the four neighbours predicts.
+    sharp end of a slip that few samples show, which the cubic through the four neighbours predicts. The first and the last
+    sample stand out where they lie off the parabola through the next three, by three times the range of the next seven.
     """
     middle = median_filter(signal, 7, mode="nearest")
     deviation = np.abs(signal - middle)
@@ -47,7 +57,12 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     around = np.pad(signal, 2, mode="edge")
     cubic = (4 * (around[1:-3] + around[3:-1]) - around[:-4] - around[4:]) / 6
     least = 5 * max(noise, 1e-300)
-    return np.asarray((deviation > least + 3 * slope) & (np.abs(signal - cubic) > least))
+    found = np.asarray((deviation > least + 3 * slope) & (np.abs(signal - cubic) > least))
+    for at, inward in ((0, 1), (-1, -1)):  # the first and the last sample have neighbours on one side only
+        beside = signal[::inward][1:8]
+        expected = 3 * beside[0] - 3 * beside[1] + beside[2]
+        found[at] |= bool(abs(signal[at] - expected) > math.sqrt(20) * least + 3 * float(np.ptp(beside)))
+    return found
 
 
 def stretches(mask: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -65,7 +80,9 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
 
     The readings at the largest (or the smallest) value are taken for clipped where there are five times as many as of
     each value beside it, and where the line through the eight samples before a run of at least three of them goes on,
-    in most runs, by more than five sigmas.
+    in most runs, by more than five sigmas. So are those of an amplifier that saturates ahead of the converter, whose flats
+    have the noise of the rest: the readings of the highest band of noise, where they are as many, scatter in runs of at
+    least twelve by no more than noise about one level, and come of such lines.
 
     Parameters
     ----------
@@ -85,14 +102,30 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     found = np.zeros(len(signal), dtype=bool)
     for upward in (signal, -signal):
         values, counts = np.unique(upward, return_counts=True)
-        if len(values) < 6 or counts[-1] < 5 * counts[-6:-1].mean():
+        if len(values) < 6:
             continue
-        at_end = upward == values[-1]
-        runs = [(a, b) for a, b in stretches(at_end) if a >= 8 and b - a >= 3]
+        if counts[-1] >= 5 * counts[-6:-1].mean():
+            at_end, least, end = upward == values[-1], 3, values[-1]
+        else:
+            at_end, least = upward > values[-1] - BAND * noise, FLAT
+            bands = [np.count_nonzero(upward > values[-1] - count * BAND * noise) for count in (1, 6)]
+            if bands[0] < 5 * (bands[1] - bands[0]) / 5:
+                continue
+            end = float(np.median(upward[at_end]))
+        runs = [(a, b) for a, b in stretches(at_end) if a >= 8 and b - a >= least]
+        if least == FLAT and not (runs and _flat([upward[a:b] for a, b in runs], end, noise)):
+            continue
         middle = [np.polyval(np.polyfit(np.arange(-8, 0), upward[a - 8 : a], 1), min(b - a, 10) / 2) for a, b in runs]
-        if len(runs) >= 2 and np.mean(np.array(middle) > values[-1] + 5 * noise) > 0.5:
+        if len(runs) >= 2 and np.mean(np.array(middle) > end + 5 * noise) > 0.5:
             found |= at_end
     return found
+
+
+def _flat(runs: list[Array], level: float, noise: float) -> bool:
+    """Whether most runs scatter about this level by their noise alone, their first and last two samples left out."""
+    scatter = np.array([math.sqrt(float(np.mean((run[2:-2] - level) ** 2))) for run in runs])
+    count = np.array([len(run) - 4 for run in runs])
+    return bool(np.mean(scatter < noise * (1 + 2 / np.sqrt(2 * count))) > 0.5)
 
 
 def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) -> Array:
