@@ -5,7 +5,7 @@
 //! met there, or by the slope that it is met once at the most. Doubt halves the cell, and what is in doubt still is marched
 //! through, see [`Cut::march`].
 
-use crate::flow::enclosure::{REACH, Span, bounds, reach, sixth_and_seventh};
+use crate::flow::enclosure::{REACH, Span, bounds, larger, reach, sixth_and_seventh};
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::lanes::root_of_quintic;
 use crate::section::{Cut, Guard, Point};
@@ -82,18 +82,15 @@ impl<'a, const H: usize> Crossings<'a, H> {
     pub(super) fn new(slip: &'a Slip<H>, cut: &Cut) -> Self {
         let derivative = |of: &Signal<H>| of.derivative(&slip.decay, &slip.frequency);
         let a = derivative(&slip.v);
-        let signals = [&slip.x, &slip.v, &a];
+        let (x, v) = (&slip.x, &slip.v);
         let [along_x, along_v, along_a, along_slip] = cut.normal;
         let normal = [along_x, along_v, along_a - along_slip];
-        let sum = |part: &dyn Fn(&Signal<H>) -> f64| {
-            let each = normal.iter().zip(signals);
-            each.map(|(factor, signal)| factor * part(signal)).sum::<f64>()
-        };
+        let sum = |parts: [f64; 3]| normal[0] * parts[0] + normal[1] * parts[1] + normal[2] * parts[2];
         let signal = Signal {
-            constant: sum(&|signal| signal.constant) - cut.level,
-            free: std::array::from_fn(|j| sum(&|signal| signal.free[j])),
-            p: std::array::from_fn(|j| sum(&|signal| signal.p[j])),
-            q: std::array::from_fn(|j| sum(&|signal| signal.q[j])),
+            constant: sum([x.constant, v.constant, a.constant]) - cut.level,
+            free: std::array::from_fn(|j| sum([x.free[j], v.free[j], a.free[j]])),
+            p: std::array::from_fn(|j| sum([x.p[j], v.p[j], a.p[j]])),
+            q: std::array::from_fn(|j| sum([x.q[j], v.q[j], a.q[j]])),
         };
         let first = derivative(&signal);
         let second = derivative(&first);
@@ -133,6 +130,13 @@ impl<'a, const H: usize> Crossings<'a, H> {
         }
     }
 
+    /// It and its first three derivatives, term by term: a compiler for size makes a call of every closure.
+    #[inline]
+    fn values(&self, basis: &Basis<H>) -> [f64; 4] {
+        let [value, rate, second, third] = &self.signals;
+        [value.at(basis), rate.at(basis), second.at(basis), third.at(basis)]
+    }
+
     #[inline]
     fn sample(&self, t: f64, basis: &Basis<H>) -> Sample {
         let [value, rate, ..] = &self.signals;
@@ -145,7 +149,7 @@ impl<'a, const H: usize> Crossings<'a, H> {
         }
         Sample {
             t,
-            d: self.signals.each_ref().map(|signal| signal.at(basis)),
+            d: self.values(basis),
             bound,
         }
     }
@@ -190,7 +194,7 @@ impl<'a, const H: usize> Crossings<'a, H> {
 
     /// How large the value may be by rounding between two samples.
     fn noise(&self, left: &Sample, right: &Sample) -> f64 {
-        ROUNDING * (self.constant + left.bound[0].max(right.bound[0]))
+        ROUNDING * (self.constant + larger(left.bound[0], right.bound[0]))
     }
 
     /// Tell of the crossings between two samples; those after `to` do not count.
@@ -219,7 +223,7 @@ impl<'a, const H: usize> Crossings<'a, H> {
         let noise = self.noise(left, right);
         let ([begin, ..], [end, ..]) = (left.d, right.d);
         let (starts, ends) = (begin.abs() > noise, end.abs() > noise);
-        let fastest = left.bound[2].max(right.bound[2]) / left.bound[1].max(right.bound[1]);
+        let fastest = larger(left.bound[2], right.bound[2]) / larger(left.bound[1], right.bound[1]);
         if (starts || ends) && least(left, right, 1, (end - begin).signum()) > noise * fastest {
             // It is met once at the most.
             if starts {
@@ -265,7 +269,7 @@ impl<'a, const H: usize> Crossings<'a, H> {
         let mut t = left.t + root_of_quintic(ends[0], ends[1], d) * d;
         for _ in 0..STEPS {
             let basis = self.slip.basis(t);
-            let [value, slope, curvature, jerk] = self.signals.each_ref().map(|signal| signal.at(&basis));
+            let [value, slope, curvature, jerk] = self.values(&basis);
             if value.signum() == sign {
                 low = t;
             } else {
@@ -289,9 +293,15 @@ impl<'a, const H: usize> Crossings<'a, H> {
 /// The least coefficient of the enclosure of a derivative, times `sign`.
 #[inline]
 fn least(left: &Sample, right: &Sample, order: usize, sign: f64) -> f64 {
-    let of = |sample: &Sample| [0, 1, 2].map(|n| sign * sample.d[(order + n) & 3]);
-    let bound = left.bound[1 + order].max(right.bound[1 + order]);
-    Span::new(right.t - left.t).least(of(left), of(right), bound)
+    let of = |d: &[f64; 4]| {
+        [
+            sign * d[order & 3],
+            sign * d[(order + 1) & 3],
+            sign * d[(order + 2) & 3],
+        ]
+    };
+    let bound = larger(left.bound[1 + order], right.bound[1 + order]);
+    Span::new(right.t - left.t).least(of(&left.d), of(&right.d), bound)
 }
 
 #[cfg(test)]

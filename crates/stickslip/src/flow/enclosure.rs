@@ -20,6 +20,12 @@ pub(crate) fn reach(size: f64, sixth: f64) -> f64 {
     }
 }
 
+/// The larger of two numbers, or that which is one. [`f64::max`] says the same, but is a call in WebAssembly.
+#[inline]
+pub(crate) fn larger(one: f64, other: f64) -> f64 {
+    if one > other || other.is_nan() { one } else { other }
+}
+
 /// Sixth and seventh power of |x|.
 pub(crate) fn sixth_and_seventh(x: f64) -> [f64; 2] {
     let third = x.abs() * (x * x);

@@ -11,7 +11,7 @@ pub(crate) mod tangent;
 
 use crate::clock::Clock;
 use crate::drive::Drive;
-use crate::elementary::{add, power};
+use crate::elementary::{add, exp, ln, power};
 use crate::harmonic::add_wave;
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::{Matrix, Rows, filled};
@@ -322,7 +322,9 @@ impl Frame {
             let moved = self.moved.row(contacts[i]).iter();
             moved.filter_map(|&(to, coupling)| Some((index[to]?, coupling)))
         };
-        let gain = if m > 1 && (0..m).all(|i| moves(i).all(|(to, _)| to == i)) {
+        let gain = if m == 1 {
+            Rows::of_diagonal(std::iter::once(1.0 / self.own[contacts[0]]))
+        } else if m > 1 && (0..m).all(|i| moves(i).all(|(to, _)| to == i)) {
             Rows::of_diagonal(contacts.iter().map(|&c| {
                 // With the rounding of Cholesky's way.
                 let lower = self.own[c].sqrt();
@@ -638,20 +640,13 @@ impl Motion {
     pub(crate) fn reach(&self, frame: &Frame, force_lines: &[ForceLine], scale: f64) -> f64 {
         let mut rate = self.pace(frame, force_lines);
         let bound = NEGLIGIBLE * scale;
-        let reach = |k: usize| {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_possible_wrap,
-                reason = "below 23"
-            )]
-            let exponent = 1.0 / f64::from(k as i32);
-            power(bound / self.size(frame.rate, k), exponent)
-        };
-        if self.size(rate, ORDER) == 0.0 && self.size(rate, ORDER - 1) == 0.0 {
+        let sizes = [ORDER, ORDER - 1].map(|k| (k, self.size(frame.rate, k)));
+        if sizes.iter().all(|(_, size)| *size == 0.0) {
             // The series has come to its end, as that of a mass on a constant drive: only waves go on.
             rate = frame.fastest;
         }
-        let mut shortest = reach(ORDER).min(reach(ORDER - 1)).min(LONGEST / rate);
+        let exponents = sizes.map(|(k, size)| ln(bound / size) * (1.0 / k as f64));
+        let mut shortest = exp(exponents[0].min(exponents[1])).min(LONGEST / rate);
         let mut held = [ORDER - 2, ORDER - 1].map(|k| (k, f64::INFINITY));
         for (c, force_line) in force_lines.iter().enumerate() {
             if let Some(normal) = &frame.normals[c] {
