@@ -337,9 +337,7 @@ def test_a_spiral_to_a_motion_of_the_forcing_period_is_not_called_a_longer_perio
     system = ss.Oscillator(damping, speed, law, forcing=ss.Harmonic(amplitude, frequency))
     assert periodic_orbit(system).forcing_periods == 1
     lengths = range(100, 600, 10)
-    found = {
-        int(rows_of(system, "drive_velocity", [speed], Look(length, 40, 1e-6))["period"][0]) for length in lengths
-    }
+    found = {int(rows_of(system, "drive_velocity", [speed], Look(length, 40, 1e-6))["period"][0]) for length in lengths}
     assert found == {0, 1}
 
 

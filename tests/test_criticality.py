@@ -77,9 +77,7 @@ def test_two_masses(laws, which, word):
     laws = [ss.laws.Cubic(*law) for law in laws]
     mass, damping, stiffness = np.diag([1.0, 1.4]), np.diag([0.1, 0.15]), np.array([[1.8, -0.7], [-0.7, 1.2]])
     contacts = [ss.Contact(i, law, 1.0) for i, law in enumerate(laws)]
-    system = ss.System(
-        mass=mass.tolist(), stiffness=stiffness.tolist(), damping=damping.tolist(), contacts=contacts
-    )
+    system = ss.System(mass=mass.tolist(), stiffness=stiffness.tolist(), damping=damping.tolist(), contacts=contacts)
     kind, hopf = hopf_points(system, SPEED, (0.3, 1.8))[which]
     assert (kind, criticality(system, SPEED, hopf)) == ("hopf", word)
 

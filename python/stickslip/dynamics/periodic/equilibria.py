@@ -312,7 +312,9 @@ def _first_lyapunov(
     A contact is (b, ∂n/∂(x, ẋ), n, (F′, F″, F‴)), with n F(s − b·ẋ) along b.
     """
     n = len(mass)
-    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]])
+    matrix = np.block(
+        [[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]]
+    )
     exponents, modes = np.linalg.eig(matrix)
     scale = np.abs(exponents).max()
     neutral = np.flatnonzero((np.abs(exponents.real) < 1e-7 * scale) & (exponents.imag > 0))
