@@ -81,7 +81,7 @@ def test_two_masses(laws, which, word):
     kind, hopf = hopf_points(system, SPEED, (0.3, 1.8))[which]
     assert (kind, criticality(system, SPEED, hopf)) == ("hopf", word)
 
-    def friction(x, v):
+    def friction(_, v):
         return np.array([cubic(law, hopf - one) for law, one in zip(laws, v, strict=True)])
 
     state = steady_slip(with_number(system, SPEED, hopf))

@@ -601,27 +601,24 @@ impl<'a> Watch<'a> {
         let blocks = (count - part) / period;
         let apart = |ago: usize| most(known - (ago + 1) * period..known - ago * period, part);
         let now = apart(0);
-        let (changed, to_come) = if blocks < 3 {
-            (most(known - count + period..known, period), f64::INFINITY)
-        } else {
-            let (middle, first) = (apart((blocks - 1) / 2), apart((blocks - 1) / 2 * 2));
-            let (before, after) = (middle - first, now - middle);
-            let ratio = after / before;
-            let series = if ratio < 0.0 { 1.0 } else { ratio / (1.0 - ratio) };
-            let to_come = if ratio < 1.0 {
-                series * after.abs()
-            } else {
-                f64::INFINITY
-            };
-            (before.abs() + after.abs(), to_come)
-        };
+        if blocks < 3 {
+            let changed = most(known - count + period..known, period);
+            return changed <= (ROUNDING * tolerance).max(STAYS * STAYS * now);
+        }
+        let (middle, first) = (apart((blocks - 1) / 2), apart((blocks - 1) / 2 * 2));
+        let (before, after) = (middle - first, now - middle);
+        let (changed, ratio) = (before.abs() + after.abs(), after / before);
         // Rounding changes as much.
         if changed <= ROUNDING * tolerance {
             return true;
         }
-        if blocks < 3 {
-            return changed <= STAYS * STAYS * now;
-        }
+        let to_come = if ratio < 0.0 {
+            after.abs()
+        } else if ratio < 1.0 {
+            after.abs() * ratio / (1.0 - ratio)
+        } else {
+            f64::INFINITY
+        };
         changed + to_come <= STAYS * now
     }
 }

@@ -61,8 +61,8 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
 
     `criticalities` has (drive velocity, word) of each smooth Hopf point: ``"supercritical"`` where the cycle born there is
     stable, ``"subcritical"`` where it repels, ``"degenerate"`` where the first Lyapunov coefficient vanishes,
-    ``"undetermined"`` where it is not known; `criticality` is the word at ``["hopf"]``. `neutral` has the ranges of the drive velocity in which small disturbances of steady slip neither grow nor
-    decay. `special_points` are those of the cycles that were followed; `not_shown` are those among them where runs on both
+    ``"undetermined"`` where it is not known; `criticality` is the word at ``["hopf"]``. `neutral` has the ranges
+    of the drive velocity in which small disturbances of steady slip neither grow nor decay. `special_points` are those of the cycles that were followed; `not_shown` are those among them where runs on both
     sides end in the same motion, as on cycles that repel: there it is the set of starts which lead to each motion that
     changes. Not `finished` is a search that ended after its limit of time, with what it had confirmed; `brackets` has (name,
     low, high) of what runs from rest show by then, where nothing that is confirmed explains it: stick-slip ends or begins
@@ -178,7 +178,8 @@ def critical_velocities(
     ``"onset_of_stick_slip"`` (found by runs alone), either with ``"_from_rest"`` where stick-slip goes on beyond and only the
     run from rest no longer comes to it, ``"nonsmooth_fold"``, ``"grazing_sliding"``, ``"fold"``.
     ``.criticality`` says by the first Lyapunov coefficient, of one mass under a constant normal force by F‴(s), whether the
-    cycle born at ``"hopf"`` is stable, ``.criticalities`` so of every smooth Hopf point, ``.neutral`` where slip is neutral, D + F′(s) = 0: a centre, as without damping under constant kinetic friction.
+    cycle born at ``"hopf"`` is stable, ``.criticalities`` so of every smooth Hopf point,
+    ``.neutral`` where slip is neutral, D + F′(s) = 0: a centre, as without damping under constant kinetic friction.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.periodic.event_sequence import STATE, EventSequence, one_phase, read, with_number
+from stickslip.dynamics.periodic.event_sequence import STATE, EventSequence, one_phase, with_number
 from stickslip.errors import InputError
 from stickslip.model.drive import NormalForce
 from stickslip.model.system import Oscillator, System
@@ -222,10 +222,10 @@ def steady_changes(
 def criticality(system: Oscillator | System, path: str, value: float) -> str:
     """Whether the cycle born at a smooth Hopf point is stable, by the sign of the first Lyapunov coefficient.
 
-    Of one mass, with N = n(x), p = ∂n/∂x, q = ∂n/∂ẋ and K = k − p F at steady slip, the cycle is ``"supercritical"``, stable, where
-    N F‴ − 3 q F″ + p F′ (N F″ − 2 q F′)/K > 0, under a constant normal force where F‴ > 0; else ``"subcritical"``. Where all of it
-    vanishes, to a millionth of its terms, it is ``"degenerate"``; ``"undetermined"`` where differences do not tell F″ and F‴,
-    as at a corner of F′, and where two pairs of exponents cross together.
+    Of one mass, with N = n(x), p = ∂n/∂x, q = ∂n/∂ẋ and K = k − p F at steady slip, the cycle is ``"supercritical"``,
+    stable, where N F‴ − 3 q F″ + p F′ (N F″ − 2 q F′)/K > 0, under a constant normal force where F‴ > 0; else
+    ``"subcritical"``. Where all of it vanishes, to a millionth of its terms, it is ``"degenerate"``; ``"undetermined"`` where
+    differences do not tell F″ and F‴, as at a corner of F′, and where two pairs of exponents cross together.
 
     Parameters
     ----------
