@@ -62,8 +62,9 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     `criticalities` has (drive velocity, word) of each smooth Hopf point: ``"supercritical"`` where the cycle born there is
     stable, ``"subcritical"`` where it repels, ``"degenerate"`` where the first Lyapunov coefficient vanishes,
     ``"undetermined"`` where it is not known; `criticality` is the word at ``["hopf"]``. `neutral` has the ranges
-    of the drive velocity in which small disturbances of steady slip neither grow nor decay. `special_points` are those of the cycles that were followed; `not_shown` are those among them where runs on both
-    sides end in the same motion, as on cycles that repel: there it is the set of starts which lead to each motion that
+    of the drive velocity in which small disturbances of steady slip neither grow nor decay. `special_points` are those of the
+    cycles that were followed; `not_shown` are those among them where runs on both sides end in the same motion, as on cycles
+    that repel: there it is the set of starts which lead to each motion that
     changes. Not `finished` is a search that ended after its limit of time, with what it had confirmed; `brackets` has (name,
     low, high) of what runs from rest show by then, where nothing that is confirmed explains it: stick-slip ends or begins
     between two speeds. Of several masses also a search that is finished may leave some.
