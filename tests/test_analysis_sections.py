@@ -8,6 +8,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.dynamics import diagrams, sign_changes, steady_motion
+from stickslip.dynamics.periodic.cycles import periodic_orbit
 from stickslip.dynamics.sections import Surface, points_of
 from stickslip.dynamics.sweep import NUMBERS, Chunk, Look, period_of
 from stickslip.model.parameters import document_of
@@ -309,15 +310,35 @@ def test_a_motion_that_still_settles_is_undecided():
     )
     system = ss.Oscillator(0.03, 0.12, law, forcing=ss.Harmonic(0.5, 1.0))
     look = Look(transient=240, window=60, tolerance=1e-6, decide=500)
-    rows = rows_of(system, "forcing.0.frequency", [1.8, 1.84, 1.845, 1.85, 1.9], look, "closed form")
-    assert rows["recurrence"].tolist() == ["periodic", *["undecided"] * 3, "periodic"]
-    assert rows["period"].tolist() == [2, 0, 0, 0, 1]
-    assert (rows["parting"][1:4] < 1).all()
+    # At 1.855 points two periods apart come to the tolerance before those one apart do.
+    rows = rows_of(system, "forcing.0.frequency", [1.8, 1.84, 1.845, 1.85, 1.855, 1.9], look, "closed form")
+    assert rows["recurrence"].tolist() == ["periodic", *["undecided"] * 4, "periodic"]
+    assert rows["period"].tolist() == [2, 0, 0, 0, 0, 1]
+    assert (rows["parting"][1:5] < 1).all()
     # Above the first Hopf speed, 0.06138, free oscillations come slowly to a small cycle: without forcing there is no torus.
     free = ss.Oscillator(0.1, 0.0615, law)
     start = (np.array(float(law.kinetic_force(0.0615)) + 0.005), np.array(0.0), ())
     rows = Chunk(free.to_json(), ("drive_velocity",), np.array([[0.0615], [0.0617]]), look, start=start).compute()
     assert rows["recurrence"].tolist() == ["undecided"] * 2
+
+
+@pytest.mark.parametrize(
+    ("damping", "speed", "law", "amplitude", "frequency"),
+    [
+        (0.08, 1.22, ss.laws.ExponentialStribeck(1.0, 0.743, 0.43), 0.248, 2.166),
+        (0.08, 1.22, ss.laws.ExponentialStribeck(1.0, 0.743, 0.43), 0.248, 2.32),
+        (0.186, 1.27, ss.laws.ExponentialStribeck(1.0, 0.431, 0.5245), 0.541, 1.3876),
+    ],
+)
+def test_a_spiral_to_a_motion_of_the_forcing_period_is_not_called_a_longer_period(
+    damping, speed, law, amplitude, frequency
+):
+    # The multipliers lie near roots of 1 of orders 2, 7 and 4; all slip without sticks and have the period of the forcing.
+    system = ss.Oscillator(damping, speed, law, forcing=ss.Harmonic(amplitude, frequency))
+    assert periodic_orbit(system).forcing_periods == 1
+    lengths = range(100, 600, 10)
+    found = {int(rows_of(system, "drive_velocity", [speed], Look(length, 40, 1e-6))["period"][0]) for length in lengths}
+    assert found == {0, 1}
 
 
 @pytest.mark.parametrize(("amplitude", "frequency"), [(0.3, 1.96), (0.1, 1.4125)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -109,3 +111,32 @@ def test_what_has_no_release_map_says_so():
     lugre = ss.Oscillator(0.0, 0.3, ss.laws.LuGre.example(), forcing=ss.Harmonic(0.5, 0.7))
     with pytest.raises(ss.InputError, match="internal state"):
         ss.release_map(lugre, [0.0])
+
+
+@pytest.mark.parametrize(("position", "kinetic"), [(0.0, 0.8), (2.0, 0.8), (3.0, 0.5)])
+def test_forced_slip_without_events_is_found_where_it_attracts_and_where_it_repels(position, kinetic):
+    # Linear: m ẍ + D ẋ + (k − p f) x = n₀ f + A cos Ω t, whose multipliers are exp(λ T) of its exponents λ.
+    damping, frequency, amplitude = 0.1, 1.3, 0.05
+    stiffness = 1.0 - position * kinetic
+    system = ss.Oscillator(
+        damping,
+        1.0,
+        ss.laws.Coulomb(kinetic),
+        forcing=ss.Harmonic(amplitude, frequency),
+        normal_force=ss.NormalForce(constant=np.sign(stiffness), position=position) if position else None,
+    )
+    place = kinetic / abs(stiffness)
+    cycle = ss.periodic_orbit(system, (place, 0.0))
+    known = np.exp(np.roots([1.0, damping, stiffness]) * 2 * np.pi / frequency)
+    found = sorted(cycle.multipliers, key=lambda one: (one.real, one.imag))
+    np.testing.assert_allclose(found, sorted(known, key=lambda one: (one.real, one.imag)), rtol=1e-8)
+    assert cycle.period == pytest.approx(2 * np.pi / frequency, rel=1e-10)
+    assert cycle.stable is (position == 0.0)
+    t, x, v = cycle.state
+    wave = amplitude / (stiffness - frequency**2 + 1j * damping * frequency) * np.exp(1j * frequency * t)
+    assert (x, v) == pytest.approx((place + wave.real, (1j * frequency * wave).real), abs=1e-9)
+    if position == 0.0:
+        # Another law has another line of friction.
+        slower = replace(system, law=ss.laws.Coulomb(0.7))
+        assert ss.periodic_orbit(slower, cycle).orbit.at(0.0)[0] == pytest.approx(x - 0.1, abs=1e-9)
+        assert ss.periodic_orbit(slower, cycle).multipliers == pytest.approx(cycle.multipliers)

@@ -64,7 +64,7 @@ def test_a_function_has_the_critical_velocity_of_the_law_with_its_formula():
     assert exact == pytest.approx(0.5 * np.log(1 / 0.15), rel=1e-12)
     assert found == pytest.approx(exact, rel=1e-10)
     # The sign of F‴ there.
-    assert criticality(systems[1], SPEED, found, 1.0) == criticality(systems[0], SPEED, exact, 1.0) == "subcritical"
+    assert criticality(systems[1], SPEED, found) == criticality(systems[0], SPEED, exact) == "subcritical"
     # Linear pieces of the same function have a corner instead.
     pieces = ss.laws.from_function(stribeck, 4.0)
     assert hopf_points(ss.Oscillator(0.1, 1.0, pieces), SPEED, (0.1, 2.5))[0][0] == "nonsmooth_hopf"

@@ -57,6 +57,12 @@ const ABREAST: usize = 256;
 /// Returns to the section that are compared with each other, at most.
 const RETURNS: usize = 256;
 
+/// Of a motion that repeats, what its returns differ by changes by no more than this part.
+const STAYS: f64 = 0.1;
+
+/// So much of the tolerance is rounding.
+const ROUNDING: f64 = 1e-3;
+
 /// Returns that must agree before a motion is steady early.
 const AGREE: usize = 6;
 
@@ -546,24 +552,73 @@ impl<'a> Watch<'a> {
     }
 
     /// The fewest returns to the section after which the last of them repeat, `compared` of them or twice as many as repeat, if
-    /// that is more; 0 where they do not.
+    /// that is more; 0 where they do not, or where they may be on their way to repeat after fewer.
     fn repeats(&self, tolerance: f64, compared: usize) -> usize {
-        let near = |one: f64, other: f64, extent: f64| (one - other).abs() <= tolerance * extent;
-        let (wide, fast) = (self.x[1] - self.x[0], self.w[1] - self.w[0]);
         let known = self.returns.len();
+        let count = |period: usize| known.min(compared.max(2 * period));
         (1..=known / 2)
             .find(|&period| {
-                let count = known.min(compared.max(2 * period));
-                let point = |index: usize| self.returns[known - count + index].0;
-                let lasts = point(count - 1).t - point(count - 1 - period).t;
-                count >= period + 2
-                    && (period..count).all(|index| {
-                        let (now, before) = (point(index), point(index - period));
-                        near(now.x, before.x, wide)
-                            && near(now.v, before.v, fast)
-                            && near(now.t - before.t, lasts, lasts)
-                    })
+                let from = known - count(period) + period;
+                from + 2 <= known && (from..known).all(|index| self.apart(index, period, period) <= tolerance)
+            })
+            .filter(|&period| {
+                let mut parts = (1..period).filter(|part| period.is_multiple_of(*part));
+                parts.all(|part| self.stays_apart(part, period, count(period), tolerance))
             })
             .unwrap_or(0)
+    }
+
+    /// How far a return is from that `lag` before, relative to the extent of the motion, in the section and in the time that
+    /// passed, of which the last `period` returns took their share.
+    fn apart(&self, index: usize, lag: usize, period: usize) -> f64 {
+        let point = |index: usize| self.returns[index].0;
+        let (wide, fast) = (self.x[1] - self.x[0], self.w[1] - self.w[0]);
+        let last = self.returns.len() - 1;
+        let lasts = point(last).t - point(last - period).t;
+        let (now, before) = (point(index), point(index - lag));
+        // What does not extend is not apart.
+        let relative = |gap: f64, extent: f64| if gap == 0.0 { 0.0 } else { gap.abs() / extent };
+        relative(now.x - before.x, wide)
+            .max(relative(now.v - before.v, fast))
+            .max(relative(
+                now.t - before.t - lag as f64 / period as f64 * lasts,
+                lasts,
+            ))
+    }
+
+    /// Whether the last `count` returns, which repeat after `period` of them, will not come to repeat after a `part` of it.
+    ///
+    /// On the way to a motion of the period `part` the multiplier near −1, or near another root of 1, makes returns of a whole
+    /// `period` differ by less than those of the part. Both shrink; of a motion of this period those of the part stay as they
+    /// are. Where they change, what is left to change is the sum of a geometric series.
+    fn stays_apart(&self, part: usize, period: usize, count: usize, tolerance: f64) -> bool {
+        let known = self.returns.len();
+        let most = |range: Range<usize>, lag: usize| {
+            range
+                .map(|index| self.apart(index, lag, period))
+                .fold(0.0, f64::max)
+        };
+        let blocks = (count - part) / period;
+        let apart = |ago: usize| most(known - (ago + 1) * period..known - ago * period, part);
+        let now = apart(0);
+        if blocks < 3 {
+            let changed = most(known - count + period..known, period);
+            return changed <= (ROUNDING * tolerance).max(STAYS * STAYS * now);
+        }
+        let (middle, first) = (apart((blocks - 1) / 2), apart((blocks - 1) / 2 * 2));
+        let (before, after) = (middle - first, now - middle);
+        let (changed, ratio) = (before.abs() + after.abs(), after / before);
+        // Rounding changes as much.
+        if changed <= ROUNDING * tolerance {
+            return true;
+        }
+        let to_come = if ratio < 0.0 {
+            after.abs()
+        } else if ratio < 1.0 {
+            after.abs() * ratio / (1.0 - ratio)
+        } else {
+            f64::INFINITY
+        };
+        changed + to_come <= STAYS * now
     }
 }

@@ -59,11 +59,12 @@ Sides = tuple[Shown, Shown]
 class CriticalVelocities(Mapping[str, float], InNotebook):
     """Critical drive velocities by name, the lowest of each; `all` has every one.
 
-    `criticalities` has (drive velocity, word) of each smooth Hopf point of one mass: ``"supercritical"`` where the cycle born
-    there is stable, ``"subcritical"`` where it repels, ``"degenerate"`` where F‴ vanishes; `criticality` is the word at
-    ``["hopf"]``. `neutral` has the ranges of the drive velocity in which small disturbances of steady slip neither grow nor
-    decay. `special_points` are those of the cycles that were followed; `not_shown` are those among them where runs on both
-    sides end in the same motion, as on cycles that repel: there it is the set of starts which lead to each motion that
+    `criticalities` has (drive velocity, word) of each smooth Hopf point: ``"supercritical"`` where the cycle born there is
+    stable, ``"subcritical"`` where it repels, ``"degenerate"`` where the first Lyapunov coefficient vanishes,
+    ``"undetermined"`` where it is not known; `criticality` is the word at ``["hopf"]``. `neutral` has the ranges
+    of the drive velocity in which small disturbances of steady slip neither grow nor decay. `special_points` are those of the
+    cycles that were followed; `not_shown` are those among them where runs on both sides end in the same motion, as on cycles
+    that repel: there it is the set of starts which lead to each motion that
     changes. Not `finished` is a search that ended after its limit of time, with what it had confirmed; `brackets` has (name,
     low, high) of what runs from rest show by then, where nothing that is confirmed explains it: stick-slip ends or begins
     between two speeds. Of several masses also a search that is finished may leave some.
@@ -90,7 +91,7 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
 
     @property
     def criticality(self) -> str | None:
-        """That of the lowest smooth Hopf point, ``["hopf"]``; None where there is none, or of several masses."""
+        """That of the lowest smooth Hopf point, ``["hopf"]``; None where there is none."""
         return dict(self.criticalities).get(self.get("hopf", math.nan))
 
     @property
@@ -177,8 +178,9 @@ def critical_velocities(
     shrinks linearly to a point), ``"end_of_stick_slip"`` (the greatest velocity up to which stick-slip exists),
     ``"onset_of_stick_slip"`` (found by runs alone), either with ``"_from_rest"`` where stick-slip goes on beyond and only the
     run from rest no longer comes to it, ``"nonsmooth_fold"``, ``"grazing_sliding"``, ``"fold"``.
-    ``.criticality`` says by F‴(s) whether the cycle born at ``"hopf"`` is stable, ``.criticalities`` so of every smooth Hopf
-    point, ``.neutral`` where slip is neutral, D + F′(s) = 0: a centre, as without damping under constant kinetic friction.
+    ``.criticality`` says by the first Lyapunov coefficient, of one mass under a constant normal force by F‴(s), whether the
+    cycle born at ``"hopf"`` is stable, ``.criticalities`` so of every smooth Hopf point,
+    ``.neutral`` where slip is neutral, D + F′(s) = 0: a centre, as without damping under constant kinetic friction.
 
     Raises
     ------
@@ -193,7 +195,7 @@ def critical_velocities(
     less than 1e-4 of the time are none.
 
     Limits: cycles that are reached neither from rest, nor from beside steady slip, nor from those at another speed, are not
-    looked for; nor is, of several masses, what happens and is undone between two of the 96 speeds, or `criticality`.
+    looked for; nor is, of several masses, what happens and is undone between two of the 96 speeds.
 
     Source: Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389; Leine & Nijmeijer 2004 (LNACM 18), ch. 8.
 
@@ -211,9 +213,7 @@ def critical_velocities(
         )
     steady, neutral = steady_changes(system, _PATH, (low, high))
     smooth = [value for kind, value in steady if kind == "hopf"]
-    natures: tuple[tuple[float, str], ...] = ()
-    if isinstance(system, Oscillator):
-        natures = tuple((value, criticality(system, _PATH, value, high - low)) for value in smooth)
+    natures = tuple((value, criticality(system, _PATH, value)) for value in smooth)
     found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
     watch = _Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))

@@ -361,8 +361,43 @@ def event_cycle(
             # A run leaves an orbit that repels: of a guess the first returns count that close near themselves.
             if settles or length == lengths[-1] or moved < _NEAR:
                 return cycle
+    refined = None if settles else _without_events(system, start, periods or 1)
+    if refined is not None:
+        return _closed(system, _FROM_GUESS[0] * slowest * (periods or 1), refined, False, periods, progress)[0]
     # A motion that has come to rest by the end of a longer run says most.
     raise next((one for one in refusals if str(one) == STEADY), refusals[0 if settles else -1])
+
+
+def _without_events(system: Any, start: tuple[Any, Any], periods: int) -> tuple[Any, Any] | None:
+    """A state after which a forced motion without events returns after so many periods of the forcing, from one near it.
+
+    Beside a motion that repels strongly a run has left it before it shows a return. Newton's method; None where it fails.
+    """
+    force = forcing_period(system)
+    if force is None:
+        return None
+    x, v = start
+    for _ in range(20):
+        try:
+            sequence, kinds, stop = EventSequence.of_run(system, force * periods, x, v)
+            if kinds or stop != "t_end":
+                return None
+            followed = sequence.follow()
+        except InputError:
+            return None
+        moves = np.concatenate([sequence.layout.x, sequence.layout.v])
+        missed = followed.states[-1][moves] - sequence.start[moves]
+        rates = followed.rates[-1][np.ix_(moves, moves)]
+        try:
+            state = sequence.start[moves] + np.linalg.solve(np.eye(len(moves)) - rates, missed)
+        except np.linalg.LinAlgError:
+            return None
+        x, v = np.split(state, 2)
+        if isinstance(system, Oscillator):
+            x, v = float(x[0]), float(v[0])
+        if (np.abs(missed) <= 1e-11 * size_of(system, sequence.start, moves)).all():
+            return x, v
+    return None
 
 
 def _unlike(system: Oscillator | System) -> list[tuple[Any, Any]]:
@@ -474,6 +509,10 @@ def moved_to(system: Any, cycle: PeriodicOrbit) -> PeriodicOrbit:
         raise InputError(
             "periodic_orbit: the guess is an orbit of a system of another kind; give a guess (x, v) or an orbit of this one"
         )
+    if len(sequence.phases) == 1 and isinstance(system, Oscillator) and system.law != sequence.system.law:
+        # Without an event the line of friction stays that of the law it was found under.
+        x, v = cycle.orbit.at(-cycle.state[0] % cycle.period)
+        return event_cycle(system, (float(x), float(v)), periods=cycle.forcing_periods or None)
     closed, rounds = close(replace(sequence, system=system), cycle.forcing_periods)
     return finished(closed, rounds)
 
