@@ -72,6 +72,10 @@ class BranchFit:
     shifts: Mapping[str, pd.Series] = field(default_factory=dict)
 
 
+STEEPEST = 0.02
+"""Least approach of load and limit of a stick, over the rise of the load."""
+
+
 @dataclass(frozen=True)
 class _BreakAways:
     """The break-aways of a record that are compared, each column of shape (n,)."""
@@ -183,6 +187,19 @@ class Problem:
                 )
                 found[i] = table.rate * late - grown
         return found
+
+    def approach(self, law: Law, number: int) -> Array:
+        """How fast the load of each stick of a record closes in on what adhesion can bear, over how fast it rises: 1 − f_s′/δ.
+
+        A stick whose adhesion is stronger by r breaks away r / (1 − f_s′/δ) higher up its loading line: the limit grows while
+        the load goes on to meet it. Where the limit grows nearly as fast as the load, little is said of the force: at least
+        `STEEPEST`.
+        """
+        table = self.tables[number]
+        assert table is not None
+        load, h = table.sense * table.rate, 1e-3 * table.stick_time
+        above, below = (law.break_away_force(table.stick_time + step, load) for step in (h, -h))
+        return np.maximum(1 - (above - below) / (2 * h * np.maximum(table.rate, 1e-300)), STEEPEST)
 
     # --- numbers <-> law
 

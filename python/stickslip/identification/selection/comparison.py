@@ -228,7 +228,11 @@ def _learnt(
 def held_back(
     whole: Identification, train: list[FrictionRecord], test: list[FrictionRecord], offset: bool
 ) -> tuple[Array, Array]:
-    """Errors of the prediction of held-back slip (NaN where nothing is compared) and break-aways."""
+    """Errors of the prediction of held-back slip (NaN where nothing is compared) and break-aways.
+
+    A law that predicts a break-away does not know when it happens: it predicts where the limit meets the load. The stick time
+    that was measured would tell it, as of sticks that differ by chance the strong ones last longer.
+    """
     names = [str(name) for name in whole.parameters.index]
     learnt = _learnt(train, whole.law, names, whole, offset)
     fitted = fit_branches(learnt, whole.law)
@@ -244,7 +248,11 @@ def held_back(
             compared[first:last] = True
         kinetic.append(np.where(compared, rest, np.nan)[~motion.record.stuck])
     groups = problem.residuals(fitted.law, constant)
-    breaks = [rest for (_, kind), rest in zip(problem.groups, groups, strict=True) if kind == "break-away"]
+    breaks = [
+        rest / problem.approach(fitted.law, number)
+        for (number, kind), rest in zip(problem.groups, groups, strict=True)
+        if kind == "break-away"
+    ]
     return np.concatenate(kinetic), np.concatenate(breaks) if breaks else np.zeros(0)
 
 
