@@ -9,7 +9,7 @@ import xarray as xr
 
 
 def motion(kinetic, limit, drive, *, damping=0.1, step=0.05, samples=3000, inner=10, skip=500):
-    """Position, velocity, friction, stuck, and releases (time, stick time, limit) of a block of mass 1 on a spring of stiffness 1.
+    """Position, velocity, friction, stuck and releases (time, stick time, limit) of a block of mass 1 on a spring of 1.
 
     `kinetic` is f(w) for w > 0, `limit` the break-away force over the stick time.
     """

@@ -9,12 +9,12 @@ from spring_and_block import record
 from stickslip.identification import fit_trajectories, identify
 
 
-def refined(seed, kinetic=lambda w: 0.6):
-    """Whether the intervals of one record's refined law hold the truth: of its break-away force, and of kinetic friction 0.6."""
+def refined(seed, kinetic=lambda _w: 0.6):
+    """Whether the intervals of one record hold its break-away force, and its kinetic friction 0.6."""
     random = np.random.default_rng([seed, 7])
     break_away, drive = random.uniform(0.9, 1.1), random.uniform(0.1, 0.2)
     tree = record(
-        kinetic, lambda rest: break_away, drive, seed=seed, together=8.0, recorded=0.005, samples=1500, inner=40
+        kinetic, lambda _rest: break_away, drive, seed=seed, together=8.0, recorded=0.005, samples=1500, inner=40
     )
     found = fit_trajectories(identify(tree, law="StaticKinetic"), shooting="records", starts=1).parameters
     truth = {"break_away": break_away, "kinetic": 0.6}

@@ -16,7 +16,7 @@ from stickslip.files.disk import input_file
 from stickslip.identification import fit_steady, identify
 
 
-def kinetic(w):
+def kinetic(_w):
     return 0.6
 
 
@@ -25,7 +25,7 @@ def files(tmp_path_factory):
     """Three records, the last with a stiffness that is not its own."""
     folder, found = tmp_path_factory.mktemp("records"), []
     for number, drive in enumerate((0.1, 0.15, 0.2)):
-        tree = record(kinetic, lambda rest: 1.0, drive, seed=number, samples=1500)
+        tree = record(kinetic, lambda _rest: 1.0, drive, seed=number, samples=1500)
         if number == 2:
             tree.attrs["stiffness"] = 2.0
         tree.to_netcdf(folder / f"{number}.nc", engine="h5netcdf")

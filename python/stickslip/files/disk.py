@@ -81,7 +81,9 @@ def read_bytes(path: str | Path, what: str, most: int) -> bytes:
     path = input_file(path, what)
     size = path.stat().st_size
     if size > most:
-        raise InputError(f"{path}: {with_article(what)} of at most {most / 1e6:.3g} MB was expected, got {size / 1e6:.3g} MB")
+        raise InputError(
+            f"{path}: {with_article(what)} of at most {most / 1e6:.3g} MB was expected, got {size / 1e6:.3g} MB"
+        )
     try:
         return path.read_bytes()
     except OSError as error:

@@ -189,17 +189,16 @@ class Problem:
         return found
 
     def approach(self, law: Law, number: int) -> Array:
-        """How fast the load of each stick of a record closes in on what adhesion can bear, over how fast it rises: 1 − f_s′/δ.
+        """How fast the load of each stick of a record nears its limit, over how fast the load rises: 1 − f_s′/δ.
 
-        A stick whose adhesion is stronger by r breaks away r / (1 − f_s′/δ) higher up its loading line: the limit grows while
-        the load goes on to meet it. Where the limit grows nearly as fast as the load, little is said of the force: at least
-        `STEEPEST`.
+        A stick that is stronger by r breaks away r / (1 − f_s′/δ) higher up its loading line, as the limit grows while the
+        load goes on to meet it. At least `STEEPEST`.
         """
         table = self.tables[number]
         assert table is not None
         load, h = table.sense * table.rate, 1e-3 * table.stick_time
         above, below = (law.break_away_force(table.stick_time + step, load) for step in (h, -h))
-        return np.maximum(1 - (above - below) / (2 * h * np.maximum(table.rate, 1e-300)), STEEPEST)
+        return np.asarray(np.maximum(1 - (above - below) / (2 * h * np.maximum(table.rate, 1e-300)), STEEPEST))
 
     # --- numbers <-> law
 

@@ -95,8 +95,9 @@ def fit_trajectories(
         after the best so far was written to `checkpoint`.
 
     Limits: by records for steady, repeating motions; the covariance takes the correlation of the residuals from sample to
-    sample and from cycle to cycle into account. Where more than noise is left, errors are no smaller than those of `first`,
-    and hold how far the two lie apart. By slips for motions that stick; the intervals hold what differs from slip to slip. Neither holds
+    sample and from cycle to cycle into account. Where more than noise is left, errors are no smaller than those
+    of `first`, and hold how far the two lie apart. By slips for motions that stick; the intervals hold
+    what differs from slip to slip. Neither holds
     errors of the rig's mass, stiffness, damping and drive velocity. Slopes by records go through all events by the core's
     derivatives; of a smooth law, or one with an internal state, and by slips they are differences of exact orbits.
 
@@ -230,12 +231,12 @@ def _apart(first: Identification, free: LawParameters, laid: Refined) -> tuple[A
     for i, name in enumerate(free.names):
         if name not in first.parameters.index:
             continue
-        before, known = first.parameters.loc[name, ["value", "error"]]
+        before, known = first.parameters.loc[name, ["value", "error"]].to_numpy(float)
         if abs(plain[i] - before) > DISAGREE * math.hypot(errors[i], known):
             apart[i] = (plain[i] - before) / units[i]
             said.append(
-                f"{name}: the motions say {plain[i]:.4g} and forces and break-aways {before:.4g} ± {known:.2g}, so the law has "
-                "not quite the form of the friction; the distance is in its error."
+                f"{name}: the motions say {plain[i]:.4g} and forces and break-aways {before:.4g} ± {known:.2g}, so the law "
+                "has not quite the form of the friction; the distance is in its error."
             )
     return apart, said
 

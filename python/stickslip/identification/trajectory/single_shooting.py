@@ -322,8 +322,8 @@ class SingleShooting:
             notes.append(f"Slopes of the motion are differences of orbits: {why}.")
         notes += [
             f"{misfit.name}: the motion of the law lies {left / misfit.noise:.2g} times the noise from the record, so the "
-            "law, or a constant of the rig, is not quite that of the record: intervals from the motion alone would be too narrow, "
-            "and are no narrower than those of forces and break-aways."
+            "law, or a constant of the rig, is not quite that of the record: intervals from the "
+            "motion alone would be too narrow, and are no narrower than those of forces and break-aways."
             for misfit, left in zip(self.misfits, scatter.tolist(), strict=True)
             if left > LIKE_NOISE**2 * misfit.noise
         ]
