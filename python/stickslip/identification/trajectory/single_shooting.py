@@ -210,7 +210,7 @@ class SingleShooting:
 
         From what each sample's residual does to each unknown, as far as these go together from sample to sample and from
         one cycle to the next (:func:`~stickslip.identification.estimator.uncertainty.variance_inflation`): a misfit that
-        every cycle repeats is the law's, and is not averaged down. Where the records pull an unknown farther apart than
+        every cycle repeats is the law's, and is not averaged down. Where the records draw an unknown farther apart than
         that lets expect, what sets the records apart counts. What an error of the instrument's zero and scale, common to
         all records, would do to the unknowns is added.
         """
@@ -234,23 +234,23 @@ class SingleShooting:
                 "the free parameters, or add records in which it acts"
             )
         bread = inverse(information, self.free.names)
-        covariance, independent, pulls = np.zeros_like(bread), 0.0, []
+        covariance, independent, summed = np.zeros_like(bread), 0.0, []
         for (a, b), misfit, variance, excess in zip(pairwise(edges), self.misfits, variances, excesses, strict=True):
             influence = bread @ slopes[a:b].T / excess
             period = recurrence(misfit.displacement)
             tau = np.array([variance_inflation(one * residuals[a:b], period) for one in influence])
             covariance += influence @ influence.T * variance * np.sqrt(np.outer(tau, tau))
             independent += (b - a) / float(tau[: self.count].max(initial=1.0))
-            pulls.append(influence @ residuals[a:b])
+            summed.append(influence @ residuals[a:b])
         freedom = max(independent - unknowns.size, 1.0)
-        if len(pulls) > 1:
-            between = np.sum(np.square(pulls), axis=0)[: self.count] * len(pulls) / (len(pulls) - 1)
+        if len(summed) > 1:
+            between = np.sum(np.square(summed), axis=0)[: self.count] * len(summed) / (len(summed) - 1)
             times = between / np.diag(covariance)[: self.count]
-            if (times * (len(pulls) - 1)).max() > chdtri(len(pulls) - 1, BY_CHANCE):
+            if (times * (len(summed) - 1)).max() > chdtri(len(summed) - 1, BY_CHANCE):
                 wider = np.ones(unknowns.size)
                 wider[: self.count] = np.sqrt(np.maximum(times, 1.0))
                 covariance *= np.outer(wider, wider)
-                freedom = min(freedom, len(pulls) - 1.0)
+                freedom = min(freedom, len(summed) - 1.0)
         moved = bread @ scores
         return np.asarray(covariance + moved @ moved.T), freedom
 
