@@ -141,7 +141,7 @@ def test_slopes_that_the_misfit_contradicts_are_not_trusted(first, monkeypatch, 
     fit.finish()
     slopes = fit.slopes
     monkeypatch.setattr(fit, "slopes", lambda at, share=1.0: factor * slopes(at, share))
-    sentence = why_no_parabola(fit, fit.best[1], fit.covariance(fit.best[1]))
+    sentence = why_no_parabola(fit, fit.best[1], fit.covariance(fit.best[1])[0])
     if rise is None:
         assert sentence is None
     else:

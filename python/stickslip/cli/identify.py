@@ -193,9 +193,9 @@ def _check_picture(files: list[str], *, plot: str | None = None, no_simulation: 
         from stickslip.identification.records import read_records
         from stickslip.identification.selection.agreement import unknown_constants
 
-        missing = unknown_constants(read_records(files)[0])
-        if missing:
-            raise InputError(f"--plot: {missing}; or leave --plot out")
+        missing = [unknown_constants(record) for record in read_records(files)]
+        if all(missing):
+            raise InputError(f"--plot: {missing[0]}; or leave --plot out")
     return files
 
 
@@ -260,13 +260,13 @@ def _deliver_law(
     report: str | None = None,
     json: bool = False,
 ) -> None:
-    from stickslip.identification import compare_motion, predict_motion
-    from stickslip.identification.selection.agreement import unknown_constants
+    from stickslip.identification import predict_motion
+    from stickslip.identification.selection.agreement import compare_motions, unknown_constants
 
-    missing = unknown_constants(result.records[0])
+    missing = [said for record in result.records if (said := unknown_constants(record))]
     if missing:
-        result = replace(result, notes=[*result.notes, f"{missing}."])
-    agreements = [] if no_simulation or missing else [compare_motion(result.records[0], result)]
+        result = replace(result, notes=[*result.notes, *(f"{said}." for said in missing)])
+    agreements = [] if no_simulation else compare_motions(result.records, result)
     if duration is not None and not predict:
         raise InputError("--duration belongs to --predict: add --predict, or leave --duration out")
     prediction = predict_motion(result, predict, duration) if predict else None
@@ -283,10 +283,12 @@ def _deliver_law(
         say_json(_document(result, agreements) | predicted)
         return
     say(result.report())
-    for agreement in agreements:
-        say("\n" + agreement.report())
-        if len(result.records) > 1:
-            say(f"- This is the first of {len(result.records)} records; --report FILE.html compares each of them.")
+    if agreements:
+        say("\n" + agreements[0].report())
+    if len(agreements) > 1:
+        say(f"- This is the worst of {len(agreements)} records; the others, from the worst on:")
+        for agreement in agreements[1:]:
+            say(f"  - {agreement.summary()}")
     if prediction is not None:
         say("\n" + prediction.report())
     say_written(output, plot, report)
@@ -309,10 +311,15 @@ def _document(result: Identification, agreements: list[Agreement]) -> dict[str, 
     document: dict[str, Any] = {"law": result.law.to_dict(), "parameters": parameters, "notes": result.notes}
     if result.motions is not None:
         document["motions"] = result.motions.to_dict("records")
-    for agreement in agreements:
-        table = agreement.table.astype(object).where(agreement.table.notna(), None)
-        document["agreement"] = {"table": table.to_dict("index"), "sentences": agreement.sentences}
+    if agreements:
+        document["agreements"] = [_agreement(agreement) for agreement in agreements]
+        document["agreement"] = document["agreements"][0]
     return document
+
+
+def _agreement(agreement: Agreement) -> dict[str, Any]:
+    table = agreement.table.astype(object).where(agreement.table.notna(), None)
+    return {"record": agreement.record.name, "table": table.to_dict("index"), "sentences": agreement.sentences}
 
 
 def _compare(

@@ -44,6 +44,15 @@ def _both(path: Path) -> InputError:
     return InputError(f"{path}: is read and would be written over; give the output another name")
 
 
+def with_article(what: str) -> str:
+    """A noun with its article.
+
+    >>> with_article("friction file"), with_article("experiment file")
+    ('a friction file', 'an experiment file')
+    """
+    return f"{'an' if what[0].lower() in 'aeio' else 'a'} {what}"
+
+
 def input_file(path: str | Path, what: str = "file") -> Path:
     """The path of a file that is to be read; `what` says what was expected there.
 
@@ -54,11 +63,11 @@ def input_file(path: str | Path, what: str = "file") -> Path:
     """
     path = Path(path)
     if _identity(path) is None:
-        raise InputError(f"{path}: no such file; give the path of a {what}")
+        raise InputError(f"{path}: no such file; give the path of {with_article(what)}")
     if path.is_dir():
-        raise InputError(f"{path}: a {what} was expected, this is a folder; name a file in it")
+        raise InputError(f"{path}: {with_article(what)} was expected, this is a folder; name a file in it")
     if not path.is_file():
-        raise InputError(f"{path}: a {what} was expected, this is a device; name a file")
+        raise InputError(f"{path}: {with_article(what)} was expected, this is a device; name a file")
     if (apart := _apart.get()) is not None and (identity := _identity(path)) is not None:
         inputs, outputs = apart
         if identity in outputs:
@@ -72,7 +81,9 @@ def read_bytes(path: str | Path, what: str, most: int) -> bytes:
     path = input_file(path, what)
     size = path.stat().st_size
     if size > most:
-        raise InputError(f"{path}: a {what} of at most {most / 1e6:.3g} MB was expected, got {size / 1e6:.3g} MB")
+        raise InputError(
+            f"{path}: {with_article(what)} of at most {most / 1e6:.3g} MB was expected, got {size / 1e6:.3g} MB"
+        )
     try:
         return path.read_bytes()
     except OSError as error:
@@ -84,7 +95,7 @@ def read_text(path: str | Path, what: str, most: int = MOST_BYTES) -> str:
     try:
         return read_bytes(path, what, most).decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError:
-        raise InputError(f"{path}: expected a {what} in UTF-8, got something else") from None
+        raise InputError(f"{path}: expected {with_article(what)} in UTF-8, got something else") from None
 
 
 def toml_table(text: str, where: str) -> dict[str, Any]:

@@ -182,6 +182,7 @@ class _Found:
     line: Line
     regime: str
     notes: list[str]
+    saturated: int
 
 
 def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
@@ -272,7 +273,7 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     ends = np.array([stick.end for stick in sticks])
     if word == "stick_slip" and ends.size >= 3:
         line = draft.line(friction.slip_acceleration, 1 / float(np.median(np.diff(ends))))
-    return _Found(friction, sticks, rigid, slow, line, word, notes)
+    return _Found(friction, sticks, rigid, slow, line, word, notes, int(np.count_nonzero(beyond)))
 
 
 def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick], float, str]:
@@ -365,6 +366,7 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
         "stuck_share": math.nan if found.regime == "unknown" else float(np.mean(f.stuck)),
         "slips": math.nan if found.regime == "unknown" else sum(stick.ends for stick in found.sticks),
         "creeps": int(not found.rigid),
+        "saturated": found.saturated,
         "stiffness": o.stiffness,
         "mass": rig.mass,
         "inertia": o.mass,

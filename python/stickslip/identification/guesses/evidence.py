@@ -147,9 +147,13 @@ def need_rows(evidence: Evidence, kind: str, fewest: int) -> None:
 
 
 def _unseen(records: Sequence[FrictionRecord]) -> str:
-    """What was said where they were measured of break-aways that are not seen."""
-    said = [f". {record.name}: {note}" for record in records for note in record.notes if "are not seen" in note]
-    return "".join(said)
+    """Which records left the range of their instrument, where no break-away can be seen."""
+    return "".join(
+        f". {record.name}: {count} samples stand at the end of the instrument's range: it was saturated there, and "
+        "break-aways among them cannot be seen; widen the range"
+        for record in records
+        if (count := int(record.attrs.get("saturated", 0)))
+    )
 
 
 def refuse_unreadable(record: FrictionRecord) -> None:

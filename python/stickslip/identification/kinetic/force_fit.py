@@ -72,6 +72,10 @@ class BranchFit:
     shifts: Mapping[str, pd.Series] = field(default_factory=dict)
 
 
+STEEPEST = 0.02
+"""Least approach of load and limit of a stick, over the rise of the load."""
+
+
 @dataclass(frozen=True)
 class _BreakAways:
     """The break-aways of a record that are compared, each column of shape (n,)."""
@@ -183,6 +187,18 @@ class Problem:
                 )
                 found[i] = table.rate * late - grown
         return found
+
+    def approach(self, law: Law, number: int) -> Array:
+        """How fast the load of each stick of a record nears its limit, over how fast the load rises: 1 − f_s′/δ.
+
+        A stick that is stronger by r breaks away r / (1 − f_s′/δ) higher up its loading line, as the limit grows while the
+        load goes on to meet it. At least `STEEPEST`.
+        """
+        table = self.tables[number]
+        assert table is not None
+        load, h = table.sense * table.rate, 1e-3 * table.stick_time
+        above, below = (law.break_away_force(table.stick_time + step, load) for step in (h, -h))
+        return np.asarray(np.maximum(1 - (above - below) / (2 * h * np.maximum(table.rate, 1e-300)), STEEPEST))
 
     # --- numbers <-> law
 

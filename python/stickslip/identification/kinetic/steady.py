@@ -385,6 +385,12 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         tree = opened(Path(item)) if isinstance(item, str | Path) else item
         rows, stated, said = rows_of(tree, name)
         notes += said
+        if steps := tree["step"].sizes["step"] if "step" in tree.children else 0:
+            notes.append(
+                f"{name} holds {steps} step{'s' * (steps != 1)} of the drive velocity, of which only the levels between them "
+                "are used here: --law RateState (fit_velocity_steps) fits a, b and D_c of rate-and-state friction to how "
+                "friction settles after them."
+            )
         parts.append(rows)
         units.append((name, stated))
         names.append(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,6 +65,21 @@ class Agreement(OfTable):
     record: FrictionRecord
     orbit: Orbit
     system: Oscillator
+
+    @property
+    def disagreements(self) -> int:
+        """How many quantities disagree."""
+        return int((self.table["agrees"] == DISAGREE).sum())
+
+    def summary(self) -> str:
+        """One sentence: whether the motions agree, and if not in what."""
+        measured, simulated = self.regimes
+        off = [str(name) for name in self.table.index[self.table["agrees"] == DISAGREE]]
+        if measured != simulated:
+            return f"{self.record.name}: measured {measured}, simulated {simulated}."
+        if not off:
+            return f"{self.record.name}: both {measured}, and all quantities agree."
+        return f"{self.record.name}: both {measured}; {', '.join(off)} disagree{'s' * (len(off) == 1)}."
 
     def report(self) -> str:
         """The table and the sentences."""
@@ -214,6 +230,22 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     if DISAGREE in set(frame["agrees"]) or len(set(regimes)) > 1:
         sentences.append(f"The law does not give the motion of this record: {OTHER_LAW if refined else NEXT_STEP}.")
     return Agreement(frame, distance, regimes, sentences, record, orbit, system)
+
+
+def compare_motions(records: Iterable[FrictionRecord], law: Law | Identification) -> list[Agreement]:
+    """Each record laid beside its own simulated motion by :func:`compare_motion`, the worst first.
+
+    Worse is another kind of motion, then more quantities that disagree, then a greater distance of the phase points.
+    Records that do not say their oscillator (:func:`unknown_constants`) are left out.
+    """
+    known = [record for record in records if not unknown_constants(record)]
+    return sorted((compare_motion(record, law) for record in known), key=_badness, reverse=True)
+
+
+def _badness(agreement: Agreement) -> tuple[bool, int, float]:
+    measured, simulated = agreement.regimes
+    far = agreement.phase_distance
+    return measured != simulated, agreement.disagreements, far if math.isfinite(far) else math.inf
 
 
 def oscillator_of(record: FrictionRecord, law: Law | Identification | Oscillator) -> Oscillator:

@@ -15,6 +15,7 @@ import pandas as pd
 from stickslip.errors import InputError
 from stickslip.files.notebook import OfTable, waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
+from stickslip.identification.estimator.uncertainty import half_width
 from stickslip.identification.guesses.evidence import BreakAways, Guess
 from stickslip.identification.guesses.first_guess import GUESSES
 from stickslip.identification.kinetic.force_fit import OFFSET, Problem, fit_branches
@@ -25,7 +26,6 @@ from stickslip.identification.static.break_away import break_away_rows, is_relat
 from stickslip.laws import (
     Asymmetric,
     BoucWen,
-    Combined,
     Coulomb,
     Law,
     PiecewisePolynomial,
@@ -45,7 +45,11 @@ INNER = 4
 """Blocks into which a held-back part is cut again where there are few, for the error of a difference."""
 LEAST = 0.01
 """Predictions whose errors differ by less than this part are alike."""
-BY_NAME_ONLY = (Asymmetric, BoucWen, Combined, PiecewisePolynomial, RateState, Regularised, Tabulated)
+CLOSE = 0.1
+"""A law whose prediction error is surely no more than this part above the least predicts as well; one that is by number
+farther behind is never chosen."""
+BEST, AS_GOOD, CANNOT_TELL, WORSE = "best", "as good", "cannot tell", "worse"
+BY_NAME_ONLY = (Asymmetric, BoucWen, PiecewisePolynomial, RateState, Regularised, Tabulated)
 """Laws that are compared where they are asked for: for what a record tells they are others (Dahl, a logarithm, a curve with a
 width that is no number of the contact, linear pieces), and they would crowd the table."""
 COUNTED = ("PiecewiseLinear", "TwoBranch")
@@ -64,10 +68,12 @@ class Comparison(OfTable):
     ----------
     table : DataFrame over the laws, the best first: numbers (fitted), kinetic and break_away (root mean square of
         measured minus predicted force on parts that were held back), behind (logarithm of the prediction error above that
-        of the best, slip and break-aways together), error (its standard error), verdict.
+        least, slip and break-aways together), error (its standard error, from the differences between the two laws part by
+        part), verdict: "best" is the chosen law; "as good" is surely no more than 10 % behind; "worse" is surely behind;
+        "cannot tell" is neither: the 95 % interval of its difference holds both.
     sentences : what was held back, what the data decide and what they cannot, which laws were refused and why.
-    best : identification of the chosen law from all of the records: of those that predict alike the one with the fewest
-        numbers.
+    best : identification of the chosen law from all of the records: of those that are not surely worse, and by number no
+        more than 10 % behind, the one with the fewest numbers.
     identifications : of every law in `table`.
     """
 
@@ -112,7 +118,8 @@ def compare_laws(
         where no law can be identified, or the records are too short to hold a part back.
 
     Limits: parts of one record share what drifts slowly, so blocks of time flatter every law alike; whole records are the
-    harder test. The error of a difference comes from leaving out one block after the other.
+    harder test. The error of a difference comes from leaving out one record (or block) after the other, with Student's t:
+    of three records it is poorly known, and few laws are surely worse.
 
     Source: cross-validation, Stone, J. R. Statist. Soc. B 36 (1974) 111.
 
@@ -159,11 +166,11 @@ def compare_laws(
         raise InputError(
             f"compare: no law could be identified; {refused[0]}" if refused else "compare: no law was asked for"
         )
-    table, alike, verdict = ranked(found, errors)
+    table, chosen, verdict = ranked(found, errors, whole=len(records) >= WHOLE)
     kept = "each of the records" if len(records) >= WHOLE else f"each of {len(parts)} blocks of time"
     sentences = [f"Held back and predicted from the rest was {kept} in turn."]
     sentences += verdict
-    best = found[alike[0]]
+    best = found[chosen]
     return Comparison(table, [*sentences, *dict.fromkeys(refused)], best, found)
 
 
@@ -221,7 +228,11 @@ def _learnt(
 def held_back(
     whole: Identification, train: list[FrictionRecord], test: list[FrictionRecord], offset: bool
 ) -> tuple[Array, Array]:
-    """Errors of the prediction of held-back slip (NaN where nothing is compared) and break-aways."""
+    """Errors of the prediction of held-back slip (NaN where nothing is compared) and break-aways.
+
+    A law that predicts a break-away does not know when it happens: it predicts where the limit meets the load. The stick time
+    that was measured would tell it, as of sticks that differ by chance the strong ones last longer.
+    """
     names = [str(name) for name in whole.parameters.index]
     learnt = _learnt(train, whole.law, names, whole, offset)
     fitted = fit_branches(learnt, whole.law)
@@ -237,7 +248,11 @@ def held_back(
             compared[first:last] = True
         kinetic.append(np.where(compared, rest, np.nan)[~motion.record.stuck])
     groups = problem.residuals(fitted.law, constant)
-    breaks = [rest for (_, kind), rest in zip(problem.groups, groups, strict=True) if kind == "break-away"]
+    breaks = [
+        rest / problem.approach(fitted.law, number)
+        for (number, kind), rest in zip(problem.groups, groups, strict=True)
+        if kind == "break-away"
+    ]
     return np.concatenate(kinetic), np.concatenate(breaks) if breaks else np.zeros(0)
 
 
@@ -260,17 +275,17 @@ class _Sums:
         return [math.exp(e) if n else math.nan for e, n in zip(self.log_error(), self.counts.sum(axis=1), strict=True)]
 
 
-def _sums(errors: dict[str, list[tuple[Array, Array]]]) -> tuple[_Sums, _Sums]:
-    """Of slip and of break-aways, over blocks of the held-back parts."""
+def _sums(errors: dict[str, list[tuple[Array, Array]]], whole: bool) -> tuple[_Sums, _Sums]:
+    """Of slip and of break-aways, over blocks of the held-back parts; what is left of one record goes together."""
     parts = [[rows[k] for rows in errors.values()] for k in range(len(next(iter(errors.values()))))]
-    inner = INNER if len(parts) < 2 * PARTS else 1
+    inner = 1 if whole else INNER
     slip: list[tuple[Array, Array]] = []
     rest: list[tuple[Array, Array]] = []
     for part in parts:
-        whole = np.stack([kinetic for kinetic, _ in part])
+        left = np.stack([kinetic for kinetic, _ in part])
         # Only where every law says something: their memories are known at different times.
-        whole = np.where(np.isfinite(whole).all(axis=0), whole, np.nan)
-        blocks = np.array_split(whole, inner, axis=1)
+        left = np.where(np.isfinite(left).all(axis=0), left, np.nan)
+        blocks = np.array_split(left, inner, axis=1)
         slip += [(np.nansum(block**2, axis=1), np.isfinite(block).sum(axis=1)) for block in blocks]
         complete = all(rows.size for _, rows in part)
         squares = np.array([np.sum(rows**2) if complete else 0.0 for _, rows in part])
@@ -283,11 +298,11 @@ def _sums(errors: dict[str, list[tuple[Array, Array]]]) -> tuple[_Sums, _Sums]:
 
 
 def ranked(
-    found: dict[str, Identification], errors: dict[str, list[tuple[Array, Array]]]
-) -> tuple[pd.DataFrame, list[str], list[str]]:
-    """The table, the names that predict alike (the simplest first), and what the data decide."""
+    found: dict[str, Identification], errors: dict[str, list[tuple[Array, Array]]], whole: bool
+) -> tuple[pd.DataFrame, str, list[str]]:
+    """The table, the name of the chosen law, and what the data decide; `whole`: the parts are records."""
     names = [*found]
-    kinetic, breaks = _sums(errors)
+    kinetic, breaks = _sums(errors, whole)
     if not kinetic.counts.any():
         raise InputError("compare: the laws have no part in common that they predict; take longer records")
     score = kinetic.log_error() + breaks.log_error()
@@ -301,10 +316,23 @@ def ranked(
     left = np.stack([kinetic.log_error(b) + breaks.log_error(b) for b in range(kinetic.counts.shape[1])])
     left = left - left[:, first : first + 1]
     spread = np.sqrt((len(left) - 1) * np.mean((left - left.mean(axis=0)) ** 2, axis=0))
-    alike = [i for i in open_to if behind[i] <= max(2 * spread[i], LEAST)]
+    half = np.array([half_width(error, len(left) - 1) for error in spread])
+    open_still = [i for i in open_to if behind[i] <= max(half[i], LEAST)]
     count = [len(found[name].parameters) + (found[name].offset is not None) for name in names]
-    simplest = min(alike, key=lambda i: (count[i], behind[i]))
-    order = sorted(range(len(names)), key=lambda i: (i != simplest, i not in alike, behind[i]))
+    near = [i for i in open_still if behind[i] <= CLOSE]
+    chosen = min(near, key=lambda i: (count[i], behind[i]))
+    verdict = [
+        BEST
+        if i == chosen
+        else WORSE
+        if i not in open_still
+        else AS_GOOD
+        if behind[i] + half[i] <= CLOSE
+        else CANNOT_TELL
+        for i in range(len(names))
+    ]
+    rank = (BEST, AS_GOOD, CANNOT_TELL, WORSE)
+    order = sorted(range(len(names)), key=lambda i: (rank.index(verdict[i]), behind[i]))
     table = pd.DataFrame(
         {
             "numbers": count,
@@ -312,26 +340,45 @@ def ranked(
             "break_away": breaks.error(),
             "behind": behind,
             "error": spread,
-            "verdict": ["best" if i == simplest else "as good" if i in alike else "worse" for i in range(len(names))],
+            "verdict": verdict,
         },
         index=pd.Index(names, name="law"),
     ).iloc[order]
-    chosen = names[simplest]
-    others = ", ".join(names[i] for i in order[1:] if i in alike)
-    if others:
-        said = (
-            f"The data cannot decide between {chosen} and {others}: they predict alike within their errors; {chosen} has the "
-            "fewest numbers and is chosen."
+    said = _said(table, "record to record" if whole else "block to block")
+    return table, names[chosen], [*said, *offset_said]
+
+
+def _said(table: pd.DataFrame, scatter: str) -> list[str]:
+    """What a table of laws decides, and what it leaves open."""
+    chosen, of = str(table.index[0]), {word: table[table["verdict"] == word] for word in (AS_GOOD, CANNOT_TELL, WORSE)}
+    if len(table) == 1:
+        return [f"{chosen} is the only law that these records can identify."]
+    said = []
+    if len(of[AS_GOOD]):
+        fewest = table["numbers"].iloc[0] <= of[AS_GOOD]["numbers"].min()
+        why = "has the fewest numbers" if fewest else "has the least error"
+        said.append(
+            f"The data cannot decide between {chosen} and {', '.join(of[AS_GOOD].index)}: their errors lie within "
+            f"{100 * CLOSE:.0f} % of each other; {chosen} {why} and is chosen."
         )
-    elif len(names) > 1:
-        second, more = names[order[1]], 100 * math.expm1(behind[order[1]])
-        said = (
+    elif len(of[WORSE]) == len(table) - 1:
+        second, more = of[WORSE].index[0], 100 * math.expm1(of[WORSE]["behind"].iloc[0])
+        said.append(
             f"{chosen} predicts best: the error of {second}, the next, is {more:.3g} % larger, which is beyond its scatter "
-            "from block to block."
+            f"from {scatter}."
         )
     else:
-        said = f"{chosen} is the only law that these records can identify."
-    return table, [names[i] for i in order if i in alike], [said, *offset_said]
+        said.append(f"{chosen} is chosen: of the laws with about the least error it has the fewest numbers.")
+    if len(of[CANNOT_TELL]):
+        each = ", ".join(
+            f"{name} (error {100 * math.expm1(row['behind']):.3g} % above the least)"
+            for name, row in of[CANNOT_TELL].iterrows()
+        )
+        said.append(
+            f"Whether these predict as well or worse cannot be told, as their differences scatter from {scatter}: {each}; "
+            "more records would tell."
+        )
+    return said
 
 
 def _offset(found: dict[str, Identification], error: dict[str, float]) -> tuple[bool, list[str]]:

@@ -45,31 +45,31 @@ def choose_pieces(records: list[FrictionRecord], law: str | type[Law] | Law, opt
         raise InputError(
             f"identify: {named[0]} names a node, and with pieces = 'auto' their number is not known yet: give it as a number"
         )
-    parts = folds(records)
+    parts, whole = folds(records), len(records) >= WHOLE
     found: dict[str, Identification] = {}
     errors: dict[str, Any] = {}
     best, refused = 0, ""
     for count in range(1, MOST + 1):
         label = f"{count} piece{'s' * (count > 1)}"
         try:
-            whole = fit_law(records, kind, replace(options, pieces=count))
-            errors[label] = [held_back(whole, train, test, options.offset) for train, test in parts]
+            fitted = fit_law(records, kind, replace(options, pieces=count))
+            errors[label] = [held_back(fitted, train, test, options.offset) for train, test in parts]
         except InputError as error:
             refused = refused or str(error)
             continue
-        found[label] = whole
-        best = int(ranked(found, errors)[1][0].split()[0])
+        found[label] = fitted
+        best = int(ranked(found, errors, whole)[1].split()[0])
         if count >= best + FRUITLESS:
             break
     if not found:
         raise InputError(refused)
-    table, alike, _ = ranked(found, errors)
-    chosen = alike[0]
+    table, chosen, _ = ranked(found, errors, whole)
     behind = ", ".join(f"{100 * row:.2g} % with {label}" for label, row in table["behind"].sort_index().items())
-    what = "each record" if len(parts) == len(records) >= WHOLE else f"each of {len(parts)} blocks of time"
+    what = "each record" if whole else f"each of {len(parts)} blocks of time"
     why = (
         f"{chosen} of {kind.__name__} taken: {what} was held back in turn and predicted from the rest, with an error above "
-        f"the least by {behind}; of those that predict alike within the scatter from part to part it is the fewest."
+        f"the least by {behind}; of those that are within their scatter from part to part, and no "
+        "more than a tenth, behind it is the fewest."
     )
     result = found[chosen]
     return replace(result, notes=[why, *result.notes], command=options.command(records, law))

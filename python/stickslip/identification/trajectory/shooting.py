@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.checks import number
@@ -26,6 +28,11 @@ from stickslip.laws.numbers import check_names
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification
+
+Array = npt.NDArray[np.float64]
+
+DISAGREE = 3.0
+"""Standard errors by which two ways through the same records may differ."""
 
 
 @one_thread
@@ -88,7 +95,9 @@ def fit_trajectories(
         after the best so far was written to `checkpoint`.
 
     Limits: by records for steady, repeating motions; the covariance takes the correlation of the residuals from sample to
-    sample into account. By slips for motions that stick; the intervals hold what differs from slip to slip. Neither holds
+    sample and from cycle to cycle into account. Where more than noise is left, errors are no smaller than those
+    of `first`, and hold how far the two lie apart. By slips for motions that stick; the intervals hold
+    what differs from slip to slip. Neither holds
     errors of the rig's mass, stiffness, damping and drive velocity. Slopes by records go through all events by the core's
     derivatives; of a smooth law, or one with an internal state, and by slips they are differences of exact orbits.
 
@@ -172,7 +181,12 @@ def _result(
     first: Identification, shots: SingleShooting | MultipleShooting, laid: Refined, notes: list[str]
 ) -> Identification:
     free, count = shots.free, len(shots.free.names)
-    parameters, full = free.estimate(laid.numbers, laid.covariance[:count, :count], laid.freedom)
+    covariance = laid.covariance[:count, :count]
+    if isinstance(shots, SingleShooting) and shots.misses(laid.motions):
+        apart, said = _apart(first, free, laid)
+        covariance = covariance + np.outer(apart, apart) + np.diag(_lacking(first, free, laid) ** 2)
+        notes = [*notes, *said]
+    parameters, full = free.estimate(laid.numbers, covariance, laid.freedom)
     options = ["--trajectories", *(["--shooting slips"] if isinstance(shots, MultipleShooting) else [])]
     for name, size in zip(("zero", "scale"), shots.instrument_error.tolist(), strict=True):
         if size:
@@ -203,6 +217,39 @@ def _result(
             *laid.notes,
         ],
     )
+
+
+def _apart(first: Identification, free: LawParameters, laid: Refined) -> tuple[Array, list[str]]:
+    """How far the motions took each number from where forces and break-aways had it, beyond the errors of both; in words too.
+
+    Zero where they agree. Two ways through one record that disagree show that the law has not the form of the friction: the
+    distance between them is an error of either.
+    """
+    plain, units = free.values(laid.numbers), free.units(laid.numbers)
+    errors = np.sqrt(np.diag(laid.covariance)[: len(plain)]) * units
+    apart, said = np.zeros(len(plain)), []
+    for i, name in enumerate(free.names):
+        if name not in first.parameters.index:
+            continue
+        before, known = first.parameters.loc[name, ["value", "error"]].to_numpy(float)
+        if abs(plain[i] - before) > DISAGREE * math.hypot(errors[i], known):
+            apart[i] = (plain[i] - before) / units[i]
+            said.append(
+                f"{name}: the motions say {plain[i]:.4g} and forces and break-aways {before:.4g} ± {known:.2g}, so the law "
+                "has not quite the form of the friction; the distance is in its error."
+            )
+    return apart, said
+
+
+def _lacking(first: Identification, free: LawParameters, laid: Refined) -> Array:
+    """What the standard error of each number lacks of the one from forces and break-aways, in the units of the search.
+
+    Of a law with another form than the friction a motion is fitted closely by numbers that are off by far more than what is
+    left of it lets expect: their errors are then no smaller than those that need no motion.
+    """
+    units = free.units(laid.numbers)
+    known = first.parameters["error"].reindex(free.names).fillna(0.0).to_numpy() / units
+    return np.asarray(np.sqrt(np.maximum(known**2 - np.diag(laid.covariance)[: known.size], 0.0)))
 
 
 def _profiled(result: Identification, shots: SingleShooting, laid: Refined, progress: Progress) -> Identification:

@@ -11,10 +11,17 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import least_squares
+from scipy.special import chdtri
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import acting, levenberg_marquardt, robust
-from stickslip.identification.estimator.uncertainty import correlation_time, inverse
+from stickslip.identification.estimator.record_scatter import BY_CHANCE
+from stickslip.identification.estimator.uncertainty import (
+    correlation_time,
+    inverse,
+    recurrence,
+    variance_inflation,
+)
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.search import LIKE_NOISE, Refined, distance
@@ -198,19 +205,26 @@ class SingleShooting:
         acts = acting(self.slopes(unknowns))
         return [name for name, does in zip(self.free.names, acts, strict=False) if not does]
 
-    def covariance(self, unknowns: Array) -> Array:
-        """Of all unknowns, from the slopes, the scatter of each record and its correlation from sample to sample.
+    def covariance(self, unknowns: Array) -> tuple[Array, float]:
+        """Of all unknowns, and the degrees of freedom of their errors.
 
-        What an error of the instrument's zero and scale, common to all records, would do to the unknowns is added.
+        From what each sample's residual does to each unknown, as far as these go together from sample to sample and from
+        one cycle to the next (:func:`~stickslip.identification.estimator.uncertainty.variance_inflation`): a misfit that
+        every cycle repeats is the law's, and is not averaged down. Where the records draw an unknown farther apart than
+        that lets expect, what sets the records apart counts. What an error of the instrument's zero and scale, common to
+        all records, would do to the unknowns is added.
         """
         residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
         edges = np.cumsum([0, *self.lengths(1.0)])
         information = np.zeros((unknowns.size, unknowns.size))
         scores = np.zeros((unknowns.size, 2))
+        variances, excesses = [], []
         for (a, b), misfit, sigma in zip(pairwise(edges), self.misfits, self.sigma, strict=True):
             part = residuals[a:b]
             freedom = max(part.size - unknowns.size / len(self.misfits), 1.0)
-            excess = float(np.sum(part**2)) / freedom * correlation_time(part)
+            variances.append(float(np.sum(part**2)) / freedom)
+            excess = variances[-1] * correlation_time(part)
+            excesses.append(excess)
             information += slopes[a:b].T @ slopes[a:b] / excess
             instrument = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.instrument_error / sigma
             scores += slopes[a:b].T @ instrument / excess
@@ -219,9 +233,30 @@ class SingleShooting:
                 f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: leave it out of "
                 "the free parameters, or add records in which it acts"
             )
-        covariance = inverse(information, self.free.names)
-        moved = covariance @ scores
-        return np.asarray(covariance + moved @ moved.T)
+        bread = inverse(information, self.free.names)
+        covariance, independent, summed = np.zeros_like(bread), 0.0, []
+        for (a, b), misfit, variance, excess in zip(pairwise(edges), self.misfits, variances, excesses, strict=True):
+            influence = bread @ slopes[a:b].T / excess
+            period = recurrence(misfit.displacement)
+            tau = np.array([variance_inflation(one * residuals[a:b], period) for one in influence])
+            covariance += influence @ influence.T * variance * np.sqrt(np.outer(tau, tau))
+            independent += (b - a) / float(tau[: self.count].max(initial=1.0))
+            summed.append(influence @ residuals[a:b])
+        freedom = max(independent - unknowns.size, 1.0)
+        if len(summed) > 1:
+            between = np.sum(np.square(summed), axis=0)[: self.count] * len(summed) / (len(summed) - 1)
+            times = between / np.diag(covariance)[: self.count]
+            if (times * (len(summed) - 1)).max() > chdtri(len(summed) - 1, BY_CHANCE):
+                wider = np.ones(unknowns.size)
+                wider[: self.count] = np.sqrt(np.maximum(times, 1.0))
+                covariance *= np.outer(wider, wider)
+                freedom = min(freedom, len(summed) - 1.0)
+        moved = bread @ scores
+        return np.asarray(covariance + moved @ moved.T), freedom
+
+    def misses(self, motions: pd.DataFrame) -> bool:
+        """Whether more than noise is left of a record, or its noise is not known."""
+        return not bool((motions["scatter"] <= LIKE_NOISE**2 * motions["noise"]).all())
 
     def holding(self, name: str) -> SingleShooting:
         """The same at its best, with one number held there."""
@@ -287,7 +322,8 @@ class SingleShooting:
             notes.append(f"Slopes of the motion are differences of orbits: {why}.")
         notes += [
             f"{misfit.name}: the motion of the law lies {left / misfit.noise:.2g} times the noise from the record, so the "
-            "law, or a constant of the rig, is not quite that of the record, and the intervals are too narrow."
+            "law, or a constant of the rig, is not quite that of the record: intervals from the "
+            "motion alone would be too narrow, and are no narrower than those of forces and break-aways."
             for misfit, left in zip(self.misfits, scatter.tolist(), strict=True)
             if left > LIKE_NOISE**2 * misfit.noise
         ]
@@ -297,7 +333,7 @@ class SingleShooting:
                     f"The motions contradict that {tied} follows {source}, by {errors:.2g} standard errors: the intervals "
                     "are those of a law that is not this one; give empty ties (--ties) to fit both."
                 )
-        return Refined(unknowns[: self.count], self.covariance(unknowns), math.inf, motions, notes)
+        return Refined(unknowns[: self.count], *self.covariance(unknowns), motions, notes)
 
     def _refuse_far(self, unknowns: Array, scatter: Array) -> None:
         law = self.free.law(unknowns[: self.count])

@@ -1,0 +1,66 @@
+"""What is said of several records: each beside its own motion, and steps of the speed that a fit does not use."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from spring_and_block import record
+from test_identify_options import steps
+
+import stickslip as ss
+from stickslip.cli.main import main
+from stickslip.files.disk import input_file
+from stickslip.identification import fit_steady, identify
+
+
+def kinetic(_w):
+    return 0.6
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Three records, the last with a stiffness that is not its own."""
+    folder, found = tmp_path_factory.mktemp("records"), []
+    for number, drive in enumerate((0.1, 0.15, 0.2)):
+        tree = record(kinetic, lambda _rest: 1.0, drive, seed=number, samples=1500)
+        if number == 2:
+            tree.attrs["stiffness"] = 2.0
+        tree.to_netcdf(folder / f"{number}.nc", engine="h5netcdf")
+        found.append(str(folder / f"{number}.nc"))
+    return found
+
+
+def test_every_record_is_laid_beside_its_motion_and_the_worst_comes_first(files, capsys, tmp_path):
+    assert main(["identify", *files, "--law", "StaticKinetic", "--plot", str(tmp_path / "a.png")]) == 0
+    said = capsys.readouterr().out
+    assert f"\n{files[2]}\n\n" in said
+    assert "This is the worst of 3 records" in said
+    assert all(f"  - {name}: both stick_slip, and all quantities agree." in said for name in files[:2])
+    main(["identify", *files, "--law", "StaticKinetic", "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert found["agreement"]["record"] == files[2]
+    assert {one["record"] for one in found["agreements"]} == set(files)
+
+
+def test_a_fit_of_levels_says_what_fits_the_steps_between_them(tmp_path, capsys):
+    tree = steps(5)
+    assert any("--law RateState (fit_velocity_steps)" in note for note in fit_steady(tree).notes)
+    tree.to_netcdf(tmp_path / "steps.nc", engine="h5netcdf")
+    main(["identify", str(tmp_path / "steps.nc")])
+    assert "--law RateState" in capsys.readouterr().out
+
+
+def test_break_aways_that_a_saturated_instrument_cannot_show_are_told_by_a_number():
+    w = 0.3 + 0.2 * np.sin(np.arange(0, 40, 0.05))
+    data = xr.Dataset({"slip_velocity": ("time", w), "force": ("time", 0.6 + 0 * w)}, {"time": np.arange(0, 40, 0.05)})
+    data.attrs["saturated"] = 17
+    with pytest.raises(ss.InputError, match="17 samples stand at the end of the instrument's range"):
+        identify(xr.DataTree(data), law="StaticKinetic")
+
+
+def test_an_experiment_file_has_its_article(tmp_path):
+    with pytest.raises(ss.InputError, match="give the path of an experiment file"):
+        input_file(tmp_path / "none.toml", "experiment file")
