@@ -39,6 +39,7 @@ def test_masses_alike_lose_steady_slip_where_one_of_them_does():
     assert speed == pytest.approx(0.3 * math.log(0.5 / 0.3 / 0.05), abs=1e-10)
 
 
+@pytest.mark.slow
 def test_masses_unlike_lose_it_where_the_first_eigenvalue_passes():
     chain = ss.chain(3, [FALLING, STEEP, FALLING], 0.3, coupling=0.8, damping=0.05)
 
@@ -59,6 +60,7 @@ def test_masses_unlike_lose_it_where_the_first_eigenvalue_passes():
     assert branches.branches[0].stable[-1] is True
 
 
+@pytest.mark.slow
 def test_steady_slip_over_drives_of_two_speeds_is_a_branch_too():
     two = ss.System([1, 1], [[2, -1], [-1, 2]], 0.05, [ss.Contact(0, FALLING, 1.0), ss.Contact(1, FALLING, 1.3)])
     branches = ss.continuation(two, "contacts.0.drive_velocity", (0.8, 1.4), seeds=0)
@@ -94,7 +96,8 @@ def test_neutral_slip_of_a_chain_is_named_and_has_no_critical_velocity():
     assert found.brackets == ()
 
 
-@pytest.mark.parametrize("seed", [5, pytest.param(3, marks=pytest.mark.slow), pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [5, 3, 4])
+@pytest.mark.slow
 def test_what_is_reported_is_what_runs_show(seed):
     case = evidence.case(seed)
     assert case.reported

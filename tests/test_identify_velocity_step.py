@@ -54,7 +54,8 @@ def test_known_numbers_lie_in_their_intervals(form: str) -> None:
     assert fit.parameters.loc["length", "error"] < 0.15 * LENGTH
 
 
-@pytest.mark.parametrize("form", ["slip", pytest.param("aging", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("form", ["slip", "aging"])
+@pytest.mark.slow
 def test_two_lengths_of_one_step_lie_in_their_intervals(form: str) -> None:
     second = {"second_b": 0.004, "second_length": 6e-5}
     friction = measure(step_record(form, noise=5e-5, stiffness=1e5, **second), RIG)

@@ -57,6 +57,7 @@ def test_sticks_of_a_few_samples_are_not_said_to_creep():
 
 
 @pytest.mark.parametrize("fit", [fit_static_friction, lambda record: identify(record, law="StaticKinetic")])
+@pytest.mark.slow
 def test_what_all_break_aways_have_in_common_is_not_averaged_down(fit):
     friction = measured(StaticKinetic(4.2, 2.8), 0.06, 0.004, 3.0, 1e-5)[0].copy(deep=True)
     late = 3e-3

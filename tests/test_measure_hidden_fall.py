@@ -59,7 +59,7 @@ def test_a_fall_that_smoothing_hides_widens_what_is_stated(law, drive, length):
     assert np.mean(np.abs(off) < 2 * stated) > 0.7  # was 0.02 to 0.4 under the first law
 
 
-@pytest.mark.parametrize(("drive", "length"), [(2e-3, 10.0), (8e-3, 5.0)])
+@pytest.mark.parametrize(("drive", "length"), [(2e-3, 10.0), pytest.param(8e-3, 5.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("law", LEVEL)
 def test_where_friction_is_constant_in_motion_nothing_large_is_thought_hidden(law, drive, length):
     friction, late, above = measured(law, drive, length, 0)

@@ -46,8 +46,10 @@ INNER = 4
 LEAST = 0.01
 """Predictions whose errors differ by less than this part are alike."""
 CLOSE = 0.1
-"""A law whose prediction error is surely no more than this part above the least predicts as well; one that is by number
-farther behind is never chosen."""
+"""A law whose prediction error is surely no more than this part above the least predicts as well."""
+FAR = 0.4
+"""Behind the least in the logarithm of its prediction error, so half as much again: such a law is never chosen, whatever the
+error of the difference."""
 BEST, AS_GOOD, CANNOT_TELL, WORSE = "best", "as good", "cannot tell", "worse"
 BY_NAME_ONLY = (Asymmetric, BoucWen, PiecewisePolynomial, RateState, Regularised, Tabulated)
 """Laws that are compared where they are asked for: for what a record tells they are others (Dahl, a logarithm, a curve with a
@@ -72,8 +74,8 @@ class Comparison(OfTable):
         part), verdict: "best" is the chosen law; "as good" is surely no more than 10 % behind; "worse" is surely behind;
         "cannot tell" is neither: the 95 % interval of its difference holds both.
     sentences : what was held back, what the data decide and what they cannot, which laws were refused and why.
-    best : identification of the chosen law from all of the records: of those that are not surely worse, and by number no
-        more than 10 % behind, the one with the fewest numbers.
+    best : identification of the chosen law from all of the records: of those that are not surely worse, and whose error is by
+        number at most half as much again as the least, the one with the fewest numbers.
     identifications : of every law in `table`.
     """
 
@@ -319,7 +321,7 @@ def ranked(
     half = np.array([half_width(error, len(left) - 1) for error in spread])
     open_still = [i for i in open_to if behind[i] <= max(half[i], LEAST)]
     count = [len(found[name].parameters) + (found[name].offset is not None) for name in names]
-    near = [i for i in open_still if behind[i] <= CLOSE]
+    near = [i for i in open_still if behind[i] <= FAR]
     chosen = min(near, key=lambda i: (count[i], behind[i]))
     verdict = [
         BEST
@@ -368,7 +370,7 @@ def _said(table: pd.DataFrame, scatter: str) -> list[str]:
             f"from {scatter}."
         )
     else:
-        said.append(f"{chosen} is chosen: of the laws with about the least error it has the fewest numbers.")
+        said.append(f"{chosen} is chosen: of the laws that may predict as well as any it has the fewest numbers.")
     if len(of[CANNOT_TELL]):
         each = ", ".join(
             f"{name} (error {100 * math.expm1(row['behind']):.3g} % above the least)"

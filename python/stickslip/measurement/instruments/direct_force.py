@@ -328,8 +328,8 @@ def _run(record: Samples, bench: Bench) -> _Run:
         seen = np.isfinite(drive)
         facts["drive_velocity"] = float(np.median(drive[seen])) if seen.any() else math.nan
         if not seen.all():
-            share = 100 * np.mean(~seen)
-            notes.append(f"the drive's speed has drop-outs in {share:.1f} % of the samples; they are masked")
+            missing = 100 * np.mean(~seen)
+            notes.append(f"the drive's speed has drop-outs in {missing:.1f} % of the samples; they are masked")
     return _Run(record, w, w_error, acceleration, friction, error, stuck, unit, speed_unit, notes, facts)
 
 
