@@ -67,8 +67,9 @@ test: .venv/.tested
 	@touch $@
 
 test-core: .tools/.rust
-	cargo test --quiet --package stickslip
-	cargo test --quiet --release --package stickslip-judge
+	@# make shares no places with cargo, which would warn of it
+	MAKEFLAGS= cargo test --quiet --package stickslip
+	MAKEFLAGS= cargo test --quiet --release --package stickslip-judge
 
 test-python: .venv/.built
 	$(BIN)/python -m pytest --quiet --numprocesses auto --dist loadfile $(PYTEST)
