@@ -188,13 +188,16 @@ def test_the_offset_of_a_robot_joint_is_found_by_the_comparison(shared_data):
         },
     }
     found = compare_laws(ss.measure(record, rig), ["Coulomb", "PiecewiseLinear"], pieces=1)
-    assert found.table.index[0] == "PiecewiseLinear + offset"
-    assert found.best.offset["low"] <= -0.17 <= found.best.offset["high"]
-    assert (
-        found.best.parameters.loc["nodes[0].force", "low"]
-        <= 0.40
-        <= found.best.parameters.loc["nodes[0].force", "high"]
-    )
+    assert found.table["verdict"].to_dict() == {
+        "Coulomb + offset": "best",
+        "PiecewiseLinear + offset": "as good",
+        "PiecewiseLinear": "worse",
+        "Coulomb": "worse",
+    }
+    viscous = found.identifications["PiecewiseLinear + offset"]
+    for fit, kinetic in ((found.best, "kinetic"), (viscous, "nodes[0].force")):
+        assert fit.offset["low"] <= -0.17 <= fit.offset["high"]
+        assert fit.parameters.loc[kinetic, "low"] <= 0.40 <= fit.parameters.loc[kinetic, "high"]
 
 
 BENT = ss.laws.PiecewiseLinear(nodes=[(0, 1), (0.2, 0.6), (0.8, 0.75)], break_away=1.05)
