@@ -127,15 +127,15 @@ def test_on_a_soft_string_sticks_end_where_the_mass_moves_off_and_not_where_it_i
         assert np.nanmedian(np.abs(longer / rows["stick_time_error"])) < 2
 
 
-def test_samples_beside_a_stick_are_no_rows_of_the_curve():
-    # where a stick ends the acceleration jumps, and smoothing makes inertia of the jump: up to the whole force
+def turned(scale):
+    """A drill string measured at the bit: friction 12000 at rest, 6500 in fast slip, falling over slip speeds of `scale`."""
     inertia, stiffness, damping, drive, step = 374.0, 473.0, 20.0, 9.42, 1e-3
     t, twist, speed, stuck, rows = 0.0, 0.0, 0.0, True, []
     while t < 120:
         torque = stiffness * twist + damping * (drive - speed)
         stuck = stuck and abs(torque) <= 12000
         if not stuck:
-            friction = 6500 + 5500 * np.exp(-((speed / 1.5) ** 2))
+            friction = 6500 + 5500 * np.exp(-((speed / scale) ** 2))
             next_speed = speed + step * (torque - friction) / inertia
             stuck = next_speed <= 0 < speed
             speed = max(next_speed, 0.0)
@@ -150,10 +150,22 @@ def test_samples_beside_a_stick_are_no_rows_of_the_curve():
         "w": speed + 0.03 * random.standard_normal(t.size),
     }
     columns = {"time": "t", "force": {"column": "torque", "unit": "N m"}, "velocity": {"column": "w", "unit": "rad/s"}}
-    rig = {"instrument": "direct_force", "inertia": inertia, "stuck_speed": 0.1, "columns": columns}
-    found = fit_steady(ss.measure(record, rig))
+    return ss.measure(
+        record, {"instrument": "direct_force", "inertia": inertia, "stuck_speed": 0.1, "columns": columns}
+    )
+
+
+def test_samples_beside_a_stick_are_no_rows_of_the_curve():
+    # where a stick ends the acceleration jumps, and smoothing makes inertia of the jump: up to the whole force
+    found = fit_steady(turned(1.5))
     assert found.chosen == "Gaussian Stribeck"
     assert "beside a stick" in " ".join(found.notes)
     for name, truth in (("kinetic", 6500), ("weakening", 5500), ("scale", 1.5)):
         value, error = found.parameters.loc[name, ["value", "error"]]
         assert abs(value - truth) < 3 * error
+
+
+@pytest.mark.parametrize(("scale", "said"), [(1.5, True), (1e-3, False)])
+def test_a_fall_at_low_slip_speed_is_said_where_the_law_has_one_number(scale, said):
+    notes = " ".join(ss.identify(turned(scale)).notes)
+    assert ("friction is lower by" in notes) == said

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -9,9 +11,12 @@ from stickslip.errors import InputError
 from stickslip.identification.kinetic.curves import Rows, linear_losses
 from stickslip.identification.kinetic.force_fit import Problem
 from stickslip.identification.kinetic.misfit import PART, SURE, behind
+from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.kinetic.steady_rows import beside_sticks
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 APART = 0.1
 """Records whose mean friction differs from the law by more than that part of it do not obey one law."""
@@ -46,7 +51,8 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
         off.append(float(weight @ rest))
         levels.append(float(weight @ np.abs(record.force[moving])))
         driven.append(float(weight @ (sense * predicted[moving] < 0)))
-        if motion.by_work and (found := _change_with_speed(path, sense * record.force[moving])):
+        told = _speeds_told(motion, law)
+        if told is not None and (found := _change_with_speed(path, sense * record.force[moving], *told)):
             change, slow, fast = found
             curved.append(
                 f"{record.name}: friction is {'higher' if change > 0 else 'lower'} by {abs(change):.2g} at slip speeds about "
@@ -77,13 +83,30 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
     return notes
 
 
-def _change_with_speed(speed: Array, friction: Array) -> tuple[float, float, float] | None:
+def _speeds_told(motion: Motion, law: Law) -> tuple[Array, Mask] | None:
+    """Six ends of five parts of the slip speeds in which friction is looked at, and the samples of slip that tell it.
+
+    Of speeds that follow from a displacement the slowest sixth is left out: what is measured there is smoothed into the
+    sticks beside it. A force that was measured is told by samples that are clear of sticks, down to the slowest. None where
+    the law has a curve.
+    """
+    record = motion.record
+    moving = ~record.stuck
+    speed = np.abs(motion.slip_velocity[moving])
+    if not motion.by_work:
+        return None
+    clear = ~beside_sticks(record.time, moving, float(record.attrs.get("cutoff", math.nan)))[moving] & (speed > 0)
+    if motion.indirect or "slip_cutoff" in record.constants or not clear.any():
+        return speed.max(initial=1e-300) * np.arange(1, 7) / 6, np.ones(speed.size, dtype=bool)
+    return np.geomspace(np.quantile(speed[clear], 0.02), speed.max(), 6), clear
+
+
+def _change_with_speed(speed: Array, friction: Array, ends: Array, told: Mask) -> tuple[float, float, float] | None:
     """Of friction between two slip speeds the greatest change, and both speeds, slow and fast; None where it is not clear.
 
-    Of six equal parts of the speeds the slowest is left out: what is measured there is smoothed into the sticks beside it.
     The odd and the even tenths of the record, each for itself, tell what is clear.
     """
-    part = np.minimum(6 * speed / max(float(speed.max()), 1e-300), 5).astype(int)
+    part = np.where(told, np.minimum(np.searchsorted(ends, speed, side="right"), 5), 0)
     odd = np.arange(len(speed)) * 10 // len(speed) % 2 == 1
     cells = [(part == k) & (odd == half) for half in (False, True) for k in range(1, 6)]
     if min(map(np.count_nonzero, cells)) < FEWEST:

@@ -51,7 +51,8 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], list[str]]:
         stated = "slip_velocity_error" in root
         moving = np.abs(w) > SENSE * (_numbers(root, "slip_velocity_error", name) if stated else noise_level(w))
         slides = ~root["stuck"].to_numpy().astype(bool) if "stuck" in root else np.ones(len(w), dtype=bool)
-        smoothed = _smoothed_over(root, slides) if table is not None else np.zeros(len(w), dtype=bool)
+        cutoff = float(root.attrs.get("cutoff", math.nan)) if table is not None else math.nan
+        smoothed = beside_sticks(_numbers(root, "time", name), slides, cutoff)
         if np.count_nonzero(moving & slides & ~smoothed) < LEFT * np.count_nonzero(moving & slides):
             smoothed[:] = False
         rows, inertia, notes = _with_inertia(rows, root, moving & slides & ~smoothed, name)
@@ -101,16 +102,14 @@ def _with_inertia(
     return moved, off * acceleration, [note]
 
 
-def _smoothed_over(root: xr.Dataset, slides: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def beside_sticks(time: Array, slides: npt.NDArray[np.bool_], cutoff: float) -> npt.NDArray[np.bool_]:
     """Samples of slip that are less than a period of the cut-off frequency from a stick.
 
     The slip acceleration jumps where a stick ends. Smoothing takes the jump for a rise that begins before it, so inertia and
     speed are wrong on both sides.
     """
-    cutoff = float(root.attrs.get("cutoff", math.nan))
     if not cutoff > 0 or slides.all() or not slides.any():
         return np.zeros(slides.size, dtype=bool)
-    time = _numbers(root, "time", "time")
     stuck = time[~slides]
     after = np.searchsorted(stuck, time)
     since, until = time - stuck[np.maximum(after - 1, 0)], stuck[np.minimum(after, stuck.size - 1)] - time
