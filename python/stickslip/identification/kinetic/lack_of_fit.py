@@ -51,8 +51,8 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
         off.append(float(weight @ rest))
         levels.append(float(weight @ np.abs(record.force[moving])))
         driven.append(float(weight @ (sense * predicted[moving] < 0)))
-        told = _speeds_told(motion, law)
-        if told is not None and (found := _change_with_speed(path, sense * record.force[moving], *told)):
+        ranges = _speed_ranges(motion)
+        if ranges and (found := _change_with_speed(path, sense * record.force[moving], *ranges)):
             change, slow, fast = found
             curved.append(
                 f"{record.name}: friction is {'higher' if change > 0 else 'lower'} by {abs(change):.2g} at slip speeds about "
@@ -83,11 +83,11 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
     return notes
 
 
-def _speeds_told(motion: Motion, law: Law) -> tuple[Array, Mask] | None:
-    """Six ends of five parts of the slip speeds in which friction is looked at, and the samples of slip that tell it.
+def _speed_ranges(motion: Motion) -> tuple[Array, Mask] | None:
+    """Six ends of five parts of the slip speeds in which friction is looked at, and the samples of slip that show it.
 
     Of speeds that follow from a displacement the slowest sixth is left out: what is measured there is smoothed into the
-    sticks beside it. A force that was measured is told by samples that are clear of sticks, down to the slowest. None where
+    sticks beside it. A force that was measured is shown by samples that are clear of sticks, down to the slowest. None where
     the law has a curve.
     """
     record = motion.record
@@ -101,12 +101,12 @@ def _speeds_told(motion: Motion, law: Law) -> tuple[Array, Mask] | None:
     return np.geomspace(np.quantile(speed[clear], 0.02), speed.max(), 6), clear
 
 
-def _change_with_speed(speed: Array, friction: Array, ends: Array, told: Mask) -> tuple[float, float, float] | None:
+def _change_with_speed(speed: Array, friction: Array, ends: Array, clear: Mask) -> tuple[float, float, float] | None:
     """Of friction between two slip speeds the greatest change, and both speeds, slow and fast; None where it is not clear.
 
     The odd and the even tenths of the record, each for itself, tell what is clear.
     """
-    part = np.where(told, np.minimum(np.searchsorted(ends, speed, side="right"), 5), 0)
+    part = np.where(clear, np.minimum(np.searchsorted(ends, speed, side="right"), 5), 0)
     odd = np.arange(len(speed)) * 10 // len(speed) % 2 == 1
     cells = [(part == k) & (odd == half) for half in (False, True) for k in range(1, 6)]
     if min(map(np.count_nonzero, cells)) < FEWEST:
