@@ -122,6 +122,10 @@ fn end_on(
         static_limit
     };
     let outward_of = |value: f64| side.unwrap_or(value.signum()) * value;
+    let margin = |t: f64| {
+        let (value, rate) = slope_at(force, t);
+        limit(t, rate) - outward_of(value)
+    };
     if normal.is_none() && swing <= rounding && outward_of(force[0]) - least <= rounding {
         return Ok(None);
     }
@@ -134,10 +138,6 @@ fn end_on(
         let outward = rate * side.unwrap_or(value.signum());
         if static_limit - size <= rounding {
             if t > 0.0 || outward > 0.0 || static_limit - size < -PASSED * rounding {
-                let margin = |t: f64| {
-                    let (value, rate) = slope_at(force, t);
-                    limit(t, rate) - outward_of(value)
-                };
                 return Ok(Some(if t > 0.0 { settle(margin, t, reach) } else { t }));
             }
             // Adhesion that starts at its limit and is relieved from there.
@@ -162,10 +162,6 @@ fn end_on(
             && law.growth_bound(rested + t) < outward - 2.0 * curvature * step
         {
             // The margin falls from here on: one root, close it.
-            let margin = |t: f64| {
-                let (value, rate) = slope_at(force, t);
-                limit(t, rate) - outward_of(value)
-            };
             let until = (t + 2.0 * step).min(reach);
             if margin(until) <= 0.0 {
                 return Ok(Some(close(margin, t, until)));

@@ -90,11 +90,11 @@ def _speed_ranges(motion: Motion) -> tuple[Array, Mask] | None:
     sticks beside it. A force that was measured is shown by samples that are clear of sticks, down to the slowest. None where
     the law has a curve.
     """
+    if not motion.by_work:
+        return None
     record = motion.record
     moving = ~record.stuck
     speed = np.abs(motion.slip_velocity[moving])
-    if not motion.by_work:
-        return None
     clear = ~beside_sticks(record.time, moving, float(record.attrs.get("cutoff", math.nan)))[moving] & (speed > 0)
     if motion.indirect or "slip_cutoff" in record.constants or not clear.any():
         return speed.max(initial=1e-300) * np.arange(1, 7) / 6, np.ones(speed.size, dtype=bool)

@@ -357,11 +357,9 @@ def _said(table: pd.DataFrame, scatter: str) -> list[str]:
         return [f"{chosen} is the only law that these records can identify."]
     said = []
     if len(of[AS_GOOD]):
-        fewest = table["numbers"].iloc[0] <= of[AS_GOOD]["numbers"].min()
-        why = "has the fewest numbers" if fewest else "has the least error"
         said.append(
-            f"The data cannot decide between {chosen} and {', '.join(of[AS_GOOD].index)}: their errors lie within "
-            f"{100 * CLOSE:.0f} % of each other; {chosen} {why} and is chosen."
+            f"The data cannot decide between {chosen} and {', '.join(of[AS_GOOD].index)}: they predict alike within their "
+            f"scatter from {scatter}; {chosen} has the fewest numbers and is chosen."
         )
     elif len(of[WORSE]) == len(table) - 1:
         second, more = of[WORSE].index[0], 100 * math.expm1(of[WORSE]["behind"].iloc[0])

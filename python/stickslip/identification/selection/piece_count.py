@@ -68,8 +68,8 @@ def choose_pieces(records: list[FrictionRecord], law: str | type[Law] | Law, opt
     what = "each record" if whole else f"each of {len(parts)} blocks of time"
     why = (
         f"{chosen} of {kind.__name__} taken: {what} was held back in turn and predicted from the rest, with an error above "
-        f"the least by {behind}; of those that are within their scatter from part to part, and no "
-        "more than a tenth, behind it is the fewest."
+        f"the least by {behind}; of those that are within their scatter from part to part, and with "
+        "an error at most half as much again, it is the fewest."
     )
     result = found[chosen]
     return replace(result, notes=[why, *result.notes], command=options.command(records, law))

@@ -102,8 +102,7 @@ def _without_lag(samples: Samples, bench: Bench) -> Samples:
             f"{samples.source}: {np.count_nonzero(inside)} samples are left with a clock_offset of {lag:g} s, at least "
             f"{LEAST_SAMPLES} are needed; correct clock_offset"
         )
-    channels = {name: values[inside] for name, values in samples.channels.items()}
-    channels["force"] = np.interp(time[inside] + lag, time, samples["force"])
+    channels = {**samples.part(inside).channels, "force": np.interp(time[inside] + lag, time, samples["force"])}
     note = f"the force was taken {lag:g} s later than the motion, as the rig says (clock_offset)"
     return replace(samples, channels=channels, notes=(*samples.notes, note))
 
@@ -152,7 +151,7 @@ def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
             f"{force.source}: with a clock offset of {offset:g} s the two records have {np.count_nonzero(inside)} samples in "
             "common; correct clock_offset"
         )
-    channels = {key: value[inside] for key, value in motion.channels.items()}
+    channels = motion.part(inside).channels
     for key, value in force.channels.items():
         if key != "time":
             channels[key] = np.interp(time[inside], force.time, value)
@@ -269,7 +268,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
                 f"{np.count_nonzero(~pressed)} of {len(time)} samples are left out: their normal force is zero, negative or "
                 f"less than {100 * LEAST_LOAD:g} % of the largest, so that friction over normal force says nothing"
             )
-            record = replace(record, channels={name: values[pressed] for name, values in record.channels.items()})
+            record = record.part(pressed)
             time, w, w_error, acceleration, friction, error = (
                 values[pressed] for values in (time, w, w_error, acceleration, friction, error)
             )

@@ -139,6 +139,10 @@ class Samples:
     companion: Samples | None = None
     scale_error: float = 0.0
 
+    def part(self, rows: npt.NDArray[np.bool_]) -> Samples:
+        """The samples of these rows."""
+        return replace(self, channels={name: values[rows] for name, values in self.channels.items()})
+
     def __getitem__(self, name: str) -> Array:
         return self.channels[name]
 

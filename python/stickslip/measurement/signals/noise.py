@@ -109,7 +109,7 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
         else:
             at_end, least = upward > values[-1] - BAND * noise, FLAT
             bands = [np.count_nonzero(upward > values[-1] - count * BAND * noise) for count in (1, 6)]
-            if bands[0] < 5 * (bands[1] - bands[0]) / 5:
+            if bands[0] < bands[1] - bands[0]:
                 continue
             end = float(np.median(upward[at_end]))
         runs = [(a, b) for a, b in stretches(at_end) if a >= 8 and b - a >= least]
