@@ -51,6 +51,40 @@ def test_slope_per_decade_and_its_error_are_those_of_the_textbook():
     assert "logarithmic form is chosen" in " ".join(found.notes)
 
 
+def loaded(seed, slope, chance, begun, count=25):
+    """Sticks that are loaded from about -0.6 at a rate of 10 and end where they meet their own limit 1 + slope log10 t_s."""
+    random = np.random.default_rng(seed)
+    start, own = -0.6 + begun * random.standard_normal(count), 1 + chance * random.standard_normal(count)
+    low, high = np.full(count, 1e-4), np.full(count, 10.0)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        holds = start + 10 * middle < own + slope * np.log10(middle)
+        low, high = np.where(holds, middle, low), np.where(holds, high, middle)
+    return friction(low, start + 10 * low, force_rate=np.full(count, 10.0))
+
+
+def test_sticks_that_happen_to_hold_more_and_so_last_longer_are_no_growth():
+    found = [fit_static_friction(loaded(seed, 0.0, 0.02, 0.02)) for seed in range(3)]
+    assert [fit.chosen for fit in found] == ["constant"] * 3
+    slopes = [fit.fits["logarithmic"].parameters.loc["slope"] for fit in found]
+    assert all(slope["low"] < 0 < slope["high"] for slope in slopes)
+
+
+def test_growth_is_found_where_sticks_begin_at_unlike_forces():
+    for seed in range(2):
+        found = fit_static_friction(loaded(seed, 0.2, 0.01, 0.4))
+        slope = found.fits["logarithmic"].parameters.loc["slope"]
+        assert slope["low"] < 0.2 < slope["high"]
+        assert slope["error"] < 0.05
+        assert found.chosen != "constant"
+
+
+def test_sticks_that_all_begin_at_one_force_say_nothing_of_growth():
+    found = fit_static_friction(loaded(1, 0.0, 0.02, 0.001))
+    assert found.chosen == "constant"
+    assert "All sticks begin at nearly one force" in " ".join(found.notes)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "fewest"), [(10, 8), (40, 35)])
 def test_interval_of_the_slope_covers_the_truth_as_often_as_it_says(count, fewest):

@@ -49,6 +49,14 @@ NEAR = 4.0
 """Forms whose criterion is within this of the lowest do as well: the likelihoods differ by less than e² for one number."""
 EVALUATIONS = 150
 """Most evaluations of a form in each of the four rounds of its fit, from each starting point."""
+APPROACH = (0.02, 2.0)
+"""Least and greatest approach of load and limit of a stick, over the rise of the load."""
+LONGER = 1.1
+"""Scatter of forces may make a stick that much longer than its load takes from -f to f."""
+SAME_RATE = 1.5
+"""Force rates within this ratio are one."""
+ALIKE = 0.3
+"""Sticks begin at one force where the forces there scatter by less than that part of those at their ends."""
 NARROW = 1.25
 """Stick times (10th to 90th percentile) within this ratio say nothing about growth."""
 
@@ -230,9 +238,13 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     InputError
         for fewer than five break-aways with a known stick time.
 
-    Limits: where all records have one drive velocity, stick time and force rate are tied and `notes` says so. Within a
-    record the break-away force lies on the loading line F = F_capture + δ t_s, so scatter along the track alone makes
-    force grow with stick time; only several drive velocities separate the two.
+    A stick that happens to hold more also lasts longer, along its loading line F = F_capture + δ t_s. What is minimised is
+    therefore by how much each stick is stronger than the form, (F − f_s) / (1 − f_s′/δ), not the plain difference, which
+    would show a growth near δ where there is none. Where friction drifts, so that break-aways are taken above the kinetic
+    force of their slips, it is the plain difference, and a note says that the growth is an upper limit.
+
+    Limits: where all records have one drive velocity, stick time and force rate are tied and `notes` says so; where all
+    sticks begin at one force too, nothing is known of growth, and static friction is taken as constant.
 
     Source: Kato, Sato & Matsubayashi, Wear 20 (1972) 315; Dieterich, J. Geophys. Res. 77 (1972) 3690 (logarithm).
 
@@ -268,8 +280,10 @@ def fit_static_friction(friction: Any) -> StaticFriction:
             )
     rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
     constraints = tied(rows)
+    rows["on_line"] = False if relative else on_loading_line(rows)
     fits = _fits(rows, level, rates_differ=not constraints)
-    chosen, sentence = _choose(fits)
+    alike = one_capture(rows) if not relative else []
+    chosen, sentence = ("constant", alike[0]) if alike else _choose(fits)
     found = StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=[])
     notes = [
         *notes,
@@ -277,7 +291,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
         *found._as_good(),
         *_unlike(rows, fits),
         *constraints,
-        *loading_line(rows, fits),
+        *(loading_line(rows, fits) if relative else []),
         *drift(rows, fits),
         *threshold(rows),
         *_not_chosen(fits),
@@ -371,7 +385,7 @@ def _unlike(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
 def one_rate(rows: pd.DataFrame) -> bool:
     """Whether all break-aways with a force rate come at nearly one, as from one drive velocity."""
     rate = np.log(rows["force_rate"].abs()[rows["force_rate"].abs() > 0].to_numpy())
-    return bool(rate.size and np.subtract(*np.quantile(rate, [0.9, 0.1])) < math.log(1.5))
+    return bool(rate.size and np.subtract(*np.quantile(rate, [0.9, 0.1])) < math.log(SAME_RATE))
 
 
 def tied(rows: pd.DataFrame) -> list[str]:
@@ -400,8 +414,26 @@ def tied(rows: pd.DataFrame) -> list[str]:
     return []
 
 
+def one_capture(rows: pd.DataFrame) -> list[str]:
+    """A sentence where all sticks begin at one force, so that chance and growth with rest look alike, else nothing."""
+    known = rows[rows["force_rate"].notna()]
+    if len(known) < 2 or not one_rate(known):
+        return []
+    begun, held = (
+        robust_scale((part - part.median()).to_numpy())
+        for part in (known["force"] - known["force_rate"].abs() * known["stick_time"], known["force"])
+    )
+    if begun > ALIKE * held:
+        return []
+    return [
+        f"All sticks begin at nearly one force (they scatter by {begun:.2g} there and by {held:.2g} at the break-away), so "
+        "they lie on one loading line, and a stick that happens to hold more also lasts longer: growth with rest cannot be "
+        "told from that, and static friction is taken as constant. Records at other drive velocities tell."
+    ]
+
+
 def loading_line(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
-    """A sentence where the scatter of friction along the track may be what looks like growth with stick time."""
+    """A sentence where the scatter of friction along a track on which it drifts may be what looks like growth."""
     if len(set(rows["record"])) > 1 or rows["force_rate"].isna().all():
         return []
     rate = float(np.nanmedian(np.abs(rows["force_rate"].to_numpy())))
@@ -466,6 +498,16 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     # one column for each record: its break-away forces are high or low together
     together = late[:, None] * (rows["record"].to_numpy()[:, None] == rows["record"].unique())
     starts = [np.array(start) for start in (form.start, *form.others)]
+    on_line = rows["on_line"].to_numpy()
+    aside = np.minimum(_aside_of_the_line(rows), stated)
+
+    def in_errors(numbers: Array, sigma: Array) -> Array:
+        limit = partial(form.at, numbers)
+        nearing = np.where(on_line, approach(limit, time, rate), 1.0)
+        return np.asarray(
+            (force - limit(time, rate)) / np.hypot(nearing * np.sqrt(np.maximum(sigma**2 - aside**2, 0.0)), aside)
+        )
+
     least = 1e-12 * float(np.abs(force).max()) + 1e-300
     sigma = np.full(len(force), max(robust_scale(force - np.median(force)), least))
     for _ in range(4):
@@ -473,17 +515,18 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
         share = _shares(columns)
 
         def misfit(numbers: Array, sigma: Array = sigma, columns: Array = columns, share: Array = share) -> Array:
-            rest = (force - form.at(numbers, time, rate)) / sigma
+            rest = in_errors(numbers, sigma)
             high = share @ rest
             return np.concatenate([rest - columns @ high, high])
 
         found = minimize(misfit, starts, outlier=OUTLIER, evaluations=EVALUATIONS)
         starts = [found.vector]
-        residuals = force - form.at(found.vector, time, rate)
-        high = share @ (residuals / sigma)
-        own = residuals - together @ high
+        off = in_errors(found.vector, sigma)
+        high = share @ off
+        own = sigma * off - together @ high
         inner = math.sqrt(max(robust_scale(own) ** 2 - float(np.median(stated**2)), 0.0))
         sigma = np.maximum(np.hypot(stated, inner), least)
+    residuals = force - form.at(found.vector, time, rate)
     count, free = len(force), len(form.names)
     variance = robust_scale(own / sigma) ** 2 * count / max(count - free, 1)
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
@@ -492,8 +535,8 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     covariance[np.diag_indices(free)] += np.where(_undetermined(found.jacobian), math.inf, 0.0)
     numbers = Parameters([Parameter(name, logarithmic=name in BY_RATIO) for name in form.names])
     table, _ = estimate(numbers, found.vector, covariance, freedom)
-    in_errors = own / sigma
-    cut = np.minimum(in_errors**2, (3 * max(robust_scale(in_errors), 1e-300)) ** 2)
+    squares = (own / sigma) ** 2
+    cut = np.minimum(squares, (3 * max(robust_scale(own / sigma), 1e-300)) ** 2)
     penalty = 2 * (free + 1) * count / max(count - free - 2, 1)
     deviance = (
         count * math.log(max(float(np.mean(cut)), 1e-300)) + 2 * float(np.sum(np.log(sigma))) + float(high @ high)
@@ -504,12 +547,41 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
         form.formula,
         table,
         covariance,
-        robust_scale(own),
+        robust_scale(residuals - together @ high),
         deviance + penalty,
         residuals,
         usual,
         partial(form.at, found.vector),
     )
+
+
+def on_loading_line(rows: pd.DataFrame) -> pd.Series[bool]:
+    """Which sticks were loaded steadily, at the one rate of their record, so that where each ends follows from its chance.
+
+    A stick that began at -f and is loaded to f cannot have lasted longer; one that did, by `LONGER`, was a rest of the drive.
+    """
+    rate = rows["force_rate"].abs()
+    each = rate.groupby(rows["record"])
+    one = each.transform("max") < SAME_RATE * each.transform("min")
+    return one & (rate * rows["stick_time"] <= 2 * LONGER * rows["force"].abs())
+
+
+def _aside_of_the_line(rows: pd.DataFrame) -> Array:
+    """The part of the stated errors of force that is no error of the time at which the stick ends."""
+    stated, end = (rows[name].fillna(0.0) if name in rows else 0.0 for name in ("force_error", "t_error"))
+    square = stated**2 - (rows["force_rate"].abs().fillna(0.0) * end) ** 2
+    return np.asarray(np.sqrt(square.clip(lower=0.0)), float)
+
+
+def approach(limit: Callable[[Array, Array], Array], time: Array, rate: Array) -> Array:
+    """How fast the load of a stick nears its limit f_s(t_s, δ), over how fast the load rises: 1 − f_s′/δ, within `APPROACH`.
+
+    A stick that is stronger by r, or is seen to end too late by r/δ, breaks away r / (1 − f_s′/δ) higher up its loading line,
+    as the limit grows while the load goes on to meet it. 1 where no rate is known.
+    """
+    h = 1e-3 * time
+    slope = (limit(time + h, rate) - limit(time - h, rate)) / (2 * h)
+    return np.asarray(np.nan_to_num(np.clip(1 - slope / np.maximum(rate, 1e-300), *APPROACH), nan=1.0))
 
 
 def _shares(together: Array) -> Array:
