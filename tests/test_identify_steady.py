@@ -63,6 +63,21 @@ def test_the_form_is_found_and_its_numbers_lie_in_their_intervals(form: str, rep
     assert held >= 0.75 * repetitions * len(truth)  # at 95 % fewer than 15 of 20 come by chance once in 3000
 
 
+@pytest.mark.parametrize("hold", [0, 20])
+def test_a_single_run_up_shows_its_curve_however_long_the_run_after_it(hold: int) -> None:
+    # Held back as a whole, the first stretch would have to be foretold from speeds at which friction falls no more.
+    rng, t = np.random.default_rng(hold), np.arange(0, 10 + hold, 0.02)
+    w = np.minimum(10 * t, 100.0)
+    torque = 0.5 + 0.8 * np.exp(-w / 8) + 0.01 * w + 0.02 * rng.standard_normal(t.size)
+    record = {"t": t, "w": w + 0.05 * rng.standard_normal(t.size), "torque": torque}
+    columns = {"time": "t", "velocity": {"column": "w", "unit": "rad/s"}, "force": {"column": "torque", "unit": "N m"}}
+    found = ss.identify(ss.measure(record, {"instrument": "direct_force", "columns": columns}))
+    assert found.chosen == "Stribeck"
+    for name, truth in {"kinetic": 0.5, "weakening": 0.8, "scale": 8.0, "viscous": 0.01}.items():
+        value, error = found.parameters.loc[name, ["value", "error"]]
+        assert abs(value - truth) < 3 * error, name
+
+
 def test_load_and_drift_are_told_from_velocity() -> None:
     rng = np.random.default_rng(0)
     w = np.tile(np.concatenate([np.geomspace(1e-6, 1e-4, 6), np.geomspace(1e-4, 1e-6, 6)]), 2)

@@ -28,6 +28,8 @@ Array = npt.NDArray[np.float64]
 
 BLOCKS = 8
 """Stretches of a record that are held back in turn; of a table with few rows each row is."""
+BEYOND = 0.1
+"""Speeds that one stretch alone holds are foretold by the others up to that part of the range of all."""
 FEW = 40
 WHOLE = 3
 """With so many records that lie apart, whole records are held back."""
@@ -116,10 +118,24 @@ class Rows:
 
     @cached_property
     def parts(self) -> list[npt.NDArray[np.int_]]:
-        """What is held back in turn: records that lie apart, else stretches, and where rows are few each of them."""
+        """What is held back in turn: records that lie apart, else stretches, and where rows are few each of them.
+
+        Where one stretch alone holds the slowest or fastest slip, as of a single run-up, the others would have to foretell
+        what they never saw. Stretches are then shorter, and every eighth of them is held back.
+        """
         if self.apart and len(self.records) >= WHOLE:
             return self.records
-        return np.array_split(np.arange(len(self)), len(self) if len(self) <= FEW else BLOCKS)
+        if len(self) <= FEW:
+            return np.array_split(np.arange(len(self)), len(self))
+        stretches = np.array_split(np.arange(len(self)), BLOCKS)
+        speed = np.abs(self.w)
+        # the extremes of each, but for single samples far out, and how far they reach beyond those of all others
+        low, high = np.array([np.quantile(speed[part], [0.02, 0.98]) for part in stretches]).T
+        alone = max(float(np.diff(np.sort(low)[:2])[0]), float(np.diff(np.sort(high)[-2:])[0]))
+        if alone <= BEYOND * float(high.max() - low.min()):
+            return stretches
+        shorter = np.array_split(np.arange(len(self)), BLOCKS**2)
+        return [np.concatenate(shorter[first::BLOCKS]) for first in range(BLOCKS)]
 
     def set_apart(self) -> Rows:
         """The same rows, each record of which counts as one."""

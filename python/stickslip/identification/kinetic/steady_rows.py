@@ -141,7 +141,7 @@ def _left_out(
     if slow.any():
         parts.append(
             f"{np.count_nonzero(slow)} up to w = {speed[slow].max():.3g}, where friction differs between speeding up and "
-            "slowing down"
+            "slowing down, or only one of them was measured"
         )
     return [f"{name}: of {np.count_nonzero(slides)} samples these were left out: {'; '.join(parts)}."] if parts else []
 
