@@ -80,9 +80,17 @@ def test_growth_is_found_where_sticks_begin_at_unlike_forces():
 
 
 def test_sticks_that_all_begin_at_one_force_say_nothing_of_growth():
-    found = fit_static_friction(loaded(1, 0.0, 0.02, 0.001))
+    found = fit_static_friction(loaded(1, 0.0, 0.2, 0.001))
     assert found.chosen == "constant"
     assert "All sticks begin at nearly one force" in " ".join(found.notes)
+
+
+def test_sticks_of_one_length_say_nothing_of_growth():
+    random = np.random.default_rng(2)
+    t_s = 1 + 0.01 * random.standard_normal(30)
+    found = fit_static_friction(friction(t_s, 0.6 + 0.5 * (t_s - 1) + 1e-4 * random.standard_normal(30)))
+    assert found.chosen == "constant"
+    assert "Nearly all sticks last from" in " ".join(found.notes)
 
 
 @pytest.mark.slow

@@ -50,11 +50,11 @@ def curve_of(evidence: Evidence, kind: str) -> tuple[Array, Array]:
 
 
 def _least(
-    speed: Array, force: Array, basis: Callable[[float], list[Array]], low: Sequence[float]
+    speed: Array, force: Array, basis: Callable[[float], list[Array]], low: Sequence[float], shapes: Array = SHAPES
 ) -> tuple[float, list[float]]:
     """The shape on the grid and the numbers, none below its `low`, with the least squares."""
     best: tuple[float, float, list[float]] | None = None
-    for shape in SHAPES * float(speed.max()):
+    for shape in shapes * float(speed.max()):
         turned, triangle = np.linalg.qr(np.stack(basis(float(shape)), axis=1))
         found = lsq_linear(triangle, turned.T @ force, bounds=(np.array(low, float), np.inf))
         if best is None or found.cost < best[0]:
@@ -64,7 +64,7 @@ def _least(
 
 
 def stribeck(
-    evidence: Evidence, kind: str, exponent: float, least_viscous: float = -np.inf
+    evidence: Evidence, kind: str, exponent: float, least_viscous: float = -np.inf, shapes: Array = SHAPES
 ) -> tuple[float, float, float, float]:
     """Break-away, kinetic, scale and viscous of f_k + (f_s − f_k) exp(−(w/w_s)^exponent) + b w."""
     w, force = curve_of(evidence, kind)
@@ -74,14 +74,22 @@ def stribeck(
         force,
         lambda s: [np.ones_like(w), ExponentialStribeck(1.0, 0.0, s, exponent=exponent).kinetic_force(w), w],
         low,
+        shapes,
     )
     return kinetic + drop, kinetic, scale, viscous
 
 
 def exponential(evidence: Evidence) -> Guess:
-    """A fall and a line, the fall an exponential or a Gaussian."""
+    """A fall and a line, the fall an exponential or a Gaussian, of the likeliest width and of others.
+
+    Beside sticks measured friction is smoothed into them, and the samples there may ask for a fall that is none.
+    """
     choices = ExponentialStribeck.PARAMETERS["exponent"].choices
-    laws: list[Law] = [ExponentialStribeck(*stribeck(evidence, "ExponentialStribeck", n), exponent=n) for n in choices]
+    laws: list[Law] = [
+        ExponentialStribeck(*stribeck(evidence, "ExponentialStribeck", n, shapes=shapes), exponent=n)
+        for shapes in (SHAPES, *SHAPES[::4, None])
+        for n in choices
+    ]
     return Guess(laws[0], ["break_away", "kinetic", "scale", "viscous"], candidates=laws[1:])
 
 

@@ -48,8 +48,14 @@ BY_FORM: dict[str, type[Law]] = {
     "exponential over force rate": ForceRate,
 }
 """The law that is taken where none is asked for, by the form of static friction; `DwellTime` for all others."""
-GROWING = (DwellTime, LogarithmicDwell)
-"""Laws whose static friction grows with rest above a kinetic friction that is one number."""
+CURVES: dict[type[Law], str | type[Law]] = {
+    DwellTime: Combined,
+    LogarithmicDwell: Combined,
+    StaticKinetic: "Combined:StaticKinetic",
+}
+"""Laws whose kinetic friction is one number, and what has a curve in its place."""
+BINS = 8
+"""Ranges of slip speed, of as many samples each, in which friction is looked at before a curve is fitted."""
 CURVED = 1.2
 """Kinetic friction is no one number where a curve leaves the forces so many times closer."""
 
@@ -245,24 +251,32 @@ def _of_kind(
 def _with_a_curve(
     records: list[FrictionRecord], options: Options, break_aways: BreakAways, constant: Identification
 ) -> Identification | None:
-    """The same growth beside kinetic friction that changes with the slip velocity, where it lies clearly closer."""
+    """The same static friction beside kinetic friction that changes with the slip velocity, where it lies clearly closer."""
+    off = _distance(constant)
+    if off < CURVED * _distance(constant, free=True):
+        return None
     try:
-        curved = _of_kind(records, Combined, options, break_aways)
+        curved = _of_kind(records, CURVES[type(constant.law)], options, break_aways)
     except InputError:
         return None
-    return curved if _distance(constant) > CURVED * _distance(curved) else None
+    return curved if off > CURVED * _distance(curved) else None
 
 
-def _distance(found: Identification) -> float:
+def _distance(found: Identification, free: bool = False) -> float:
     """Of measured forces from the kinetic friction of a law: the rms of the nearest nine tenths, the mean over records.
 
-    Beside w = 0 the others may be adhesion, of which a law with a curve is as far as one without.
+    Beside w = 0 the others may be adhesion, of which a law with a curve is as far as one without. `free`: from the medians of
+    the forces themselves in ranges of speed.
     """
     product = 1.0
     for record in found.records:
         w, force = record.slip_velocity[~record.stuck], record.force[~record.stuck]
-        off = np.sort(np.abs(force - np.sign(w) * found.law.kinetic_force(np.abs(w))))
-        product *= float(np.sqrt(np.mean(off[: len(off) - len(off) // 10] ** 2))) ** (1 / len(found.records))
+        off = np.sign(w) * force - found.law.kinetic_force(np.abs(w))
+        if free:
+            for part in np.array_split(np.argsort(np.abs(w)), BINS):
+                off[part] -= np.median(off[part]) if part.size else 0.0
+        nearest = np.sort(np.abs(off))[: len(off) - len(off) // 10]
+        product *= float(np.sqrt(np.mean(nearest**2))) ** (1 / len(found.records))
     return product
 
 
@@ -301,7 +315,7 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
             refused.append(str(error))
             continue
         reason = refused[-1].removeprefix("identify: ") if refused else why
-        if kind in GROWING and (curved := _with_a_curve(records, options, break_aways, found)) is not None:
+        if kind in CURVES and (curved := _with_a_curve(records, options, break_aways, found)) is not None:
             found, kind = curved, Combined
             reason += ", and kinetic friction that changes with the slip velocity lies closer to the records"
         return replace(found, notes=[f"No law was asked for; {kind.__name__} was taken: {reason}.", *found.notes])

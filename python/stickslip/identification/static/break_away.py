@@ -282,7 +282,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     constraints = tied(rows)
     rows["on_line"] = False if relative else on_loading_line(rows)
     fits = _fits(rows, level, rates_differ=not constraints)
-    alike = one_capture(rows) if not relative else []
+    alike = without_growth(rows) if not relative else []
     chosen, sentence = ("constant", alike[0]) if alike else _choose(fits)
     found = StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=[])
     notes = [
@@ -414,11 +414,17 @@ def tied(rows: pd.DataFrame) -> list[str]:
     return []
 
 
-def one_capture(rows: pd.DataFrame) -> list[str]:
-    """A sentence where all sticks begin at one force, so that chance and growth with rest look alike, else nothing."""
+def without_growth(rows: pd.DataFrame) -> list[str]:
+    """A sentence where sticks of one force rate are of one length, or begin at one force, and so say nothing of growth."""
     known = rows[rows["force_rate"].notna()]
     if len(known) < 2 or not one_rate(known):
         return []
+    low, high = np.quantile(known["stick_time"], [0.1, 0.9])
+    if high < NARROW * low:
+        return [
+            f"Nearly all sticks last from {low:.4g} to {high:.4g}, which says nothing about growth with rest: static "
+            "friction is taken as constant. Records at other drive velocities tell."
+        ]
     begun, held = (
         robust_scale((part - part.median()).to_numpy())
         for part in (known["force"] - known["force_rate"].abs() * known["stick_time"], known["force"])
