@@ -246,6 +246,7 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
                 guess.notes,
                 within=guess.within,
                 guessed=guess.guessed,
+                held=guess.held,
             )
     guess = _with_ties(guess, asked, options.ties)
     names = check_names(guess.law, guess.free if asked is None else asked)
@@ -261,7 +262,7 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
             reason = error
     if not laws:
         raise InputError(f"identify: the values that are held fixed do not make a law: {reason}")
-    notes = [*guess.notes]
+    notes = [*guess.notes, *(note for name, note in guess.held.items() if name not in [*names, *fixed])]
     tied = {*names, *fixed, *guess.constraints}
     held = {name: maybe(guess.law, name) for name in pointers(guess.law) if name not in tied}
     if start is not None and asked is None and any(number is not None for number in held.values()):

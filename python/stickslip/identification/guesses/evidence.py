@@ -125,6 +125,7 @@ class Guess:
     candidates : other first guesses, from which the one with the least misfit is taken.
     within : limits that come from the records.
     guessed : numbers that are held at a guess, with its standard deviation.
+    held : what is said of a number that is held, unless it is asked for.
     """
 
     law: Law
@@ -134,6 +135,7 @@ class Guess:
     candidates: list[Law] = field(default_factory=list)
     within: dict[str, tuple[float, float]] = field(default_factory=dict)
     guessed: dict[str, float] = field(default_factory=dict)
+    held: dict[str, str] = field(default_factory=dict)
 
 
 def need_rows(evidence: Evidence, kind: str, fewest: int) -> None:

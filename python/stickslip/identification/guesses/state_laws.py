@@ -6,14 +6,22 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.identification.guesses.evidence import Evidence, Guess
 from stickslip.identification.guesses.kinetic_curves import NARROW_RANGE, curve_of, exponential, stribeck
 from stickslip.laws import BoucWen, Coulomb, Dahl, ElastoPlastic, Law, LuGre, RateState, Regularised
+from stickslip.laws.law import force_along
+
+Array = npt.NDArray[np.float64]
 
 STIFF = 0.01
 """Bristles are first taken to bend by this part of the range of motion."""
+SOFTER = (0.003, 0.03, 0.1, 0.3, 1.0)
+"""Other bends that are tried, over the range of motion."""
+SHOWN = 0.7
+"""A record shows the stiffness of bristles where others leave less than that part of the mean squared force."""
 WIDTH = 1e-3
 """The width of a smooth sign, relative to the highest slip speed."""
 DIRECT = 0.015
@@ -22,15 +30,52 @@ DECADES = 0.5
 """Slip speeds (5th to 95th percentile) that span less than that many decades do not show a logarithm."""
 
 
-def _bristles(evidence: Evidence, force: float) -> tuple[float, float, str]:
-    """Stiffness and damping of bristles that are too stiff to be seen, and the sentence that says so."""
-    stiffness = max(force, 1e-12) / (STIFF * max(_reach(evidence), 1e-12))
+def _bristles(
+    evidence: Evidence, force: float, law: Callable[[float, float, float], Law]
+) -> tuple[Law, list[str], dict[str, str]]:
+    """A law of bristles as stiff as the record shows them: with the names of stiffness and damping to fit, or what is held.
+
+    `law` makes one from stiffness, damping and a factor of all its other forces. Where bristles of another stiffness than the
+    stiffest lie clearly closer to the record, it shows how force rises after a reversal.
+    """
     mass = float(np.median([record.constants.get("mass", 1.0) for record in evidence.records]))
+    reach = max(_reach(evidence), 1e-12)
+
+    def of_bend(share: float) -> tuple[float, Law]:
+        stiffness = max(force, 1e-12) / (share * reach)
+        damping = float(np.sqrt(stiffness * mass))
+        factor = _factor(evidence, law(stiffness, damping, 1.0))
+        closest = law(factor * stiffness, factor * damping, factor)
+        return _misfit(evidence, closest), closest
+
+    usual, *softer = (of_bend(share) for share in (STIFF, *SOFTER))
+    misfit, closest = min(softer, key=lambda found: found[0])
+    if misfit < SHOWN * usual[0]:
+        return closest, [name for name in ("stiffness", "damping") if name in closest.PARAMETERS], {}
+    stiffness = max(force, 1e-12) / (STIFF * reach)
     note = (
         f"The stiffness of the bristles is held at {stiffness:.3g}, at which they bend by {STIFF:g} of the range of motion; "
         "give it as free where the record shows the rise of force at a reversal."
     )
-    return stiffness, float(np.sqrt(stiffness * mass)), note
+    return law(stiffness, float(np.sqrt(stiffness * mass)), 1.0), [], {"stiffness": note}
+
+
+def _replayed(evidence: Evidence, law: Law) -> Array:
+    return np.concatenate([force_along(law, r.time, r.slip_velocity, r.stuck) for r in evidence.records])
+
+
+def _measured(evidence: Evidence) -> Array:
+    return np.concatenate([record.force for record in evidence.records])
+
+
+def _factor(evidence: Evidence, law: Law) -> float:
+    """By which the forces of a law lie closest to those of the records."""
+    along, measured = _replayed(evidence, law), _measured(evidence)
+    return max(float(along @ measured) / max(float(along @ along), 1e-300), 1e-6)
+
+
+def _misfit(evidence: Evidence, law: Law) -> float:
+    return float(np.mean((_measured(evidence) - _replayed(evidence, law)) ** 2))
 
 
 def _reach(evidence: Evidence) -> float:
@@ -41,23 +86,30 @@ def _reach(evidence: Evidence) -> float:
 
 def _dahl(evidence: Evidence) -> Guess:
     kinetic = max(evidence.kinetic, 1e-12)
-    stiffness, _, note = _bristles(evidence, kinetic)
-    return Guess(Dahl(stiffness=stiffness, kinetic=kinetic), ["kinetic"], notes=[note])
+    law, free, held = _bristles(evidence, kinetic, lambda stiffness, _, by: Dahl(stiffness, by * kinetic))
+    return Guess(law, ["kinetic", *free], held=held)
 
 
 def _bouc_wen(evidence: Evidence) -> Guess:
     # Steady slip has F = k/(β + γ) for n = 1 and A = 1.
     kinetic = max(evidence.kinetic, 1e-12)
-    stiffness, _, note = _bristles(evidence, kinetic)
-    held = "The exponent is held at 1, the amplitude at 1 and gamma at 0, where steady slip has the force stiffness / beta."
-    return Guess(BoucWen(stiffness=stiffness, beta=stiffness / kinetic, gamma=0.0), ["beta"], notes=[note, held])
+    law, free, held = _bristles(
+        evidence, kinetic, lambda stiffness, _, by: BoucWen(stiffness, beta=stiffness / (by * kinetic), gamma=0.0)
+    )
+    note = "The exponent is held at 1, the amplitude at 1 and gamma at 0, where steady slip has the force stiffness / beta."
+    return Guess(law, ["beta", *free], notes=[note], held=held)
 
 
 def _lugre(evidence: Evidence) -> Guess:
     break_away, kinetic, scale, viscous = stribeck(evidence, "LuGre", 2.0, least_viscous=0.0)
-    stiffness, damping, note = _bristles(evidence, break_away)
-    law = LuGre(stiffness, damping, viscous, max(kinetic, 1e-12), break_away, scale)
-    return Guess(law, ["kinetic", "break_away", "scale", "viscous"], notes=[note])
+    law, free, held = _bristles(
+        evidence,
+        break_away,
+        lambda stiffness, damping, by: LuGre(
+            stiffness, damping, by * viscous, by * max(kinetic, 1e-12), by * break_away, scale
+        ),
+    )
+    return Guess(law, ["kinetic", "break_away", "scale", "viscous", *free], held=held)
 
 
 def _elasto_plastic(evidence: Evidence) -> Guess:
@@ -66,9 +118,8 @@ def _elasto_plastic(evidence: Evidence) -> Guess:
     assert isinstance(law, LuGre)
     numbers = (law.stiffness, law.damping, law.viscous, law.kinetic, law.break_away, law.scale)
     whole = ElastoPlastic(*numbers, elastic=0.5 * law.kinetic / law.stiffness)
-    return Guess(
-        whole, start.free, notes=[*start.notes, "The elastic reach of the bristles is held at half their bend."]
-    )
+    held = {**start.held, "elastic": "The elastic reach of the bristles is held at half their bend."}
+    return Guess(whole, start.free, held=held)
 
 
 def _rate_state(evidence: Evidence) -> Guess:
