@@ -199,6 +199,7 @@ def test_a_drive_that_is_not_the_same_everywhere_is_no_number():
     assert carriage.with_number("drive_velocity", 0.5).contacts[1].drive_velocity == 0.0
 
 
+@pytest.mark.slow
 def test_stick_slip_is_followed_beyond_where_a_run_from_rest_loses_it():
     """A brake pad in a caliper: from rest it sticks up to 0.61 m/s, and followed up, by plain runs, beyond 0.75."""
     law = ss.laws.ExponentialStribeck(42.0, 27.0, 0.25, 4.0)

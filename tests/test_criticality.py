@@ -40,12 +40,12 @@ def cubic(law, w):
 @pytest.mark.parametrize(
     ("damping", "stiffness", "law", "position", "velocity", "word"),
     [
-        (0.1, 1.0, (1.0, 1.5, 0.3), 0.0, 0.0, "supercritical"),
+        pytest.param(0.1, 1.0, (1.0, 1.5, 0.3), 0.0, 0.0, "supercritical", marks=pytest.mark.slow),
         (0.1, 1.0, (1.0, 1.5, 0.3), 0.7, 0.0, "supercritical"),
         # By F‴ > 0 alone these are supercritical too.
         (0.1, 1.0, (1.0, 1.5, 0.3), 0.0, 0.4, "subcritical"),
-        (0.77, 0.8, (2.0, 1.2, 0.07), 0.9, 0.0, "subcritical"),
-        (0.57, 0.5, (2.0, 1.3, 0.11), 0.9, 0.0, "subcritical"),
+        pytest.param(0.77, 0.8, (2.0, 1.2, 0.07), 0.9, 0.0, "subcritical", marks=pytest.mark.slow),
+        pytest.param(0.57, 0.5, (2.0, 1.3, 0.11), 0.9, 0.0, "subcritical", marks=pytest.mark.slow),
         (0.5, 0.5, (2.0, 1.3, 0.11), 0.9, 0.1, "subcritical"),
     ],
 )

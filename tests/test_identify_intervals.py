@@ -30,6 +30,7 @@ def test_intervals_hold_the_truth_where_the_noise_goes_together():
     assert np.sum([refined(seed) for seed in range(6)]) >= 10
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_break_away_force_where_kinetic_friction_has_another_form():
     assert np.sum([refined(seed, curved)[0] for seed in range(6)]) >= 5
 

@@ -50,7 +50,9 @@ def steps_record(form: str, seed: int, noise: float = 3e-4, wave: float = 0.0) -
     return {"t": np.concatenate(t), "x": np.concatenate(x), "f": friction}
 
 
-@pytest.mark.parametrize(("form", "wave"), [("aging", 0.0), ("slip", 0.0), ("aging", 2e-3)])
+@pytest.mark.parametrize(
+    ("form", "wave"), [pytest.param("aging", 0.0, marks=pytest.mark.slow), ("slip", 0.0), ("aging", 2e-3)]
+)
 def test_known_numbers_lie_in_their_intervals(form: str, wave: float) -> None:
     fit = fit_velocity_steps(measure(steps_record(form, seed=1, wave=wave), RIG))
     assert len(fit.steps) == 7

@@ -146,7 +146,7 @@ def test_the_picture_of_a_joint_shows_its_low_speeds(joint: xr.DataTree) -> None
     assert labels == ["measured", "Gaussian Stribeck, asymmetric", "medians in bins of speed"]
 
 
-@pytest.mark.parametrize("given", [0.0189, 0.0231])
+@pytest.mark.parametrize("given", [0.0189, pytest.param(0.0231, marks=pytest.mark.slow)])
 def test_a_wrong_inertia_is_named_and_no_spring_is_invented(given: float) -> None:
     found = fit_steady(ss.measure(recorded(JOINT), {**RIG, "inertia": given}), law="ExponentialStribeck")
     said = next(note for note in found.notes if "contradicts the inertia" in note)

@@ -144,9 +144,15 @@ def belt():
     )
 
 
-def test_break_aways_beyond_the_range_of_the_instrument_are_not_invented(belt):
+@pytest.fixture(scope="module")
+def whole(belt):
+    """Friction of the belt's record."""
     t, x, rig = belt
-    whole = measure({"t": t, "x": x}, rig)
+    return measure({"t": t, "x": x}, rig)
+
+
+def test_break_aways_beyond_the_range_of_the_instrument_are_not_invented(belt, whole):
+    t, x, rig = belt
     cut = measure({"t": t, "x": np.minimum(x, np.quantile(x, 0.8))}, rig)
     assert not any("range" in note for note in whole.notes)
     assert len(whole["break_away"].t) > 25
@@ -155,15 +161,17 @@ def test_break_aways_beyond_the_range_of_the_instrument_are_not_invented(belt):
     assert cut.attrs["slips"] > 25
 
 
-def test_a_harmonic_of_the_motion_is_not_taken_for_the_mains(belt):
+def test_a_harmonic_of_the_motion_is_not_taken_for_the_mains(belt, whole):
     t, x, rig = belt
-    ratio = 50 / (7 * measure({"t": t, "x": x}, rig).attrs["main_line"])
+    ratio = 50 / (7 * whole.attrs["main_line"])
     assert not any("mains" in note for note in measure({"t": t / ratio, "x": x}, rig).notes)
     hum = 2e-5 * np.sin(2 * np.pi * 50 * t)
     assert any("mains_frequency = 50" in note for note in measure({"t": t, "x": x + hum}, rig).notes)
 
 
-@pytest.mark.parametrize("moment", ["stick", "slip", "start", "middle"])
+@pytest.mark.parametrize(
+    "moment", ["stick", "start", *(pytest.param(name, marks=pytest.mark.slow) for name in ("slip", "middle"))]
+)
 def test_a_drive_that_stops_is_said_and_that_stretch_is_not_measured(moment):
     captures, releases = events("capture"), events("release")
     stop = {"slip": captures[6], "start": captures[2] + 3.0}.get(moment, captures[6] + 3.0)

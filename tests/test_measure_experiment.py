@@ -79,6 +79,7 @@ def test_wrong_experiments_are_one_sentence(tmp_path, change, sentence):
         run({"records": [str(tmp_path / "a.csv")], "rig": RIG, "output": str(tmp_path / "out"), **change})
 
 
+@pytest.mark.slow
 def test_a_rig_that_is_whole_for_one_record_only_costs_the_others_alone(folder):
     rig = {key: value for key, value in RIG.items() if key != "drive_velocity"}
     plan = Experiment((str(folder / "runs" / "*.csv"),), rig, each={"good.csv": {"drive_velocity": 0.1}}, law="")

@@ -158,7 +158,7 @@ def test_a_given_cutoff_is_used_and_pieces_refuse_one() -> None:
         motion(record, RIG, method="kalmann")
 
 
-@pytest.mark.parametrize("drive", [0.15, 0.2, 0.25])
+@pytest.mark.parametrize("drive", [0.2, *(pytest.param(s, marks=pytest.mark.slow) for s in (0.15, 0.25))])
 def test_a_film_gives_the_friction_of_the_papers_law(drive: float) -> None:
     # 63 frames a period and a tenth of a pixel where the mass moves over 200
     made = ss.simulate(PAPER.oscillator(drive), 110.0)

@@ -107,8 +107,8 @@ def test_a_mass_that_turns_is_told_how_to_be_measured(change: tuple[str, str], k
 def test_a_mass_that_turns_is_measured_with_plain_numbers() -> None:
     law = ss.laws.StaticKinetic(break_away=3.0, kinetic=2.0)
     system = ss.Oscillator(damping=0.0, drive_velocity=2.0, law=law, mass=0.005, stiffness=2.0)
-    time = np.arange(0, 12, 4e-3)
-    torque = 2.0 * ss.simulate(system, 12).to_xarray(time)["x"].to_numpy()
+    time = np.arange(0, 5, 4e-3)
+    torque = 2.0 * ss.simulate(system, 5).to_xarray(time)["x"].to_numpy()
     torque += 0.01 * np.random.default_rng(0).standard_normal(time.size)
     rig = {"instrument": "spring_force", "column": "torque", "unit": "1"}
     rig |= {"stiffness": 2.0, "mass": 0.005, "drive_velocity": 2.0}

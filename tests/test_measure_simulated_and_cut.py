@@ -31,9 +31,16 @@ def rig(drive, instrument="displacement", **more):
     )
 
 
-@pytest.mark.parametrize("instrument", ["displacement", "spring_force"])
-@pytest.mark.parametrize("drive", [0.09, 0.14, 0.4])
-def test_a_record_without_noise_has_tiny_errors_that_hold(instrument, drive):
+@pytest.mark.parametrize(
+    ("drive", "instrument"),
+    [
+        (0.09, "displacement"),
+        (0.4, "spring_force"),
+        *(pytest.param(drive, "displacement", marks=pytest.mark.slow) for drive in (0.14, 0.4)),
+        *(pytest.param(drive, "spring_force", marks=pytest.mark.slow) for drive in (0.09, 0.14)),
+    ],
+)
+def test_a_record_without_noise_has_tiny_errors_that_hold(drive, instrument):
     time, x, true = motion(drive)
     friction = measure({"t": time, "x": x}, rig(drive, instrument))
     found = friction["break_away"].to_dataset()
@@ -72,7 +79,7 @@ def test_a_mass_does_not_creep_where_its_instrument_was_saturated():
     assert not any("creeps" in note for note in friction.attrs["notes"])
 
 
-@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("side", [1, pytest.param(-1, marks=pytest.mark.slow)])
 def test_the_flats_of_an_amplifier_ahead_of_the_converter_are_not_measured(side):
     """They have the noise of all other readings: break-aways at 1.04 +- 0.01 were read out of them for 1.2."""
     time, x, noise, _ = noisy(0.1)
@@ -91,7 +98,7 @@ def test_rounded_peaks_are_no_flats(noise):
         assert not clipped(peaks + noise * rng.standard_normal(len(peaks)), noise).any()
 
 
-@pytest.mark.parametrize("at", [0, -1])
+@pytest.mark.parametrize("at", [0, pytest.param(-1, marks=pytest.mark.slow)])
 def test_a_first_or_last_reading_of_zero_costs_no_stick(at):
     """As a logger writes it before its first conversion: the motion was then called almost harmonic, without a stick."""
     time, x, noise, true = noisy(0.1)

@@ -23,7 +23,7 @@ def texture(step):
         yield np.clip(part, 0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize("step", [0, 3])
+@pytest.mark.parametrize("step", [3, pytest.param(0, marks=pytest.mark.slow)])
 def test_a_film_without_a_marker_is_refused(tmp_path, step):
     for index, picture in enumerate(texture(step)):
         cv2.imwrite(str(tmp_path / f"{index}.png"), picture)

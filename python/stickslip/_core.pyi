@@ -32,6 +32,7 @@ __all__ = [
     "law_facts",
     "regime",
     "section",
+    "slip_evidence",
     "spot_centre",
     "spot_near",
     "static_friction",
@@ -165,6 +166,14 @@ def spot_centre(
 def spot_near(
     picture: _Picture, work: _Picture, like: _Like, position: tuple[float, float], known: _Known
 ) -> _Spot | None: ...
+def slip_evidence(
+    samples: tuple[_Floats, _Floats, _Floats],
+    model: tuple[tuple[float, float, float, float], tuple[float, float, float], tuple[float, float]],
+    pieces: _Floats,
+    limits: tuple[float, float, float],
+    joined: str,
+    soft: bool,
+) -> tuple[float, float, float] | None: ...
 def static_friction(
     growth: tuple[float, float, float],
     force_rate_scale: float | None,

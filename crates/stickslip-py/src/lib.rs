@@ -1,4 +1,4 @@
-//! The boundary between the core and Python: conversions, and loops over pixels that need no core. Documents cross it as
+//! The boundary between the core and Python: conversions, and loops over pixels and samples that need no core. Documents cross it as
 //! JSON, numbers as arrays.
 #![warn(clippy::disallowed_methods)]
 
@@ -9,6 +9,7 @@ mod orbit;
 mod rows;
 mod samples;
 mod section;
+mod slip_evidence;
 mod spots;
 mod stability;
 mod state;
@@ -82,6 +83,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(spots::blurred, module)?)?;
     module.add_function(wrap_pyfunction!(spots::spot_centre, module)?)?;
     module.add_function(wrap_pyfunction!(spots::spot_near, module)?)?;
+    module.add_function(wrap_pyfunction!(slip_evidence::slip_evidence, module)?)?;
     module.add_function(wrap_pyfunction!(displacement_error::displacement_errors, module)?)?;
     module.add_function(wrap_pyfunction!(displacement_error::without, module)?)?;
     module.add_function(wrap_pyfunction!(law_facts, module)?)

@@ -232,7 +232,7 @@ def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Re
             while ready and len(running) < width:
                 index = ready.popleft()
                 task = replace(plan.task(plan.position(index), sink.arrays), limit=limit)
-                running[executor.submit(_compute, task)] = index
+                running[executor.submit(task.compute)] = index
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 index = running.pop(future)
                 sink.write(index, _result(plan, future))
@@ -243,10 +243,6 @@ def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Re
     finally:
         for future in running:
             future.cancel()
-
-
-def _compute(task: Chunk) -> dict[str, Array]:
-    return task.compute()
 
 
 def _result(plan: Plan, future: Future[Any]) -> dict[str, Array]:

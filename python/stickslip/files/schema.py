@@ -335,40 +335,27 @@ class _Number(Kind):
         return {"anyOf": [found, {"type": "string"}]} if self.limits.dimensions else found
 
 
-class _Flag(Kind):
-    what = "true or false"
+class _Plain(Kind):
+    """A value of one of Python's types, kept as it is."""
+
+    def __init__(self, type_: Any, what: str, many: str, in_json: str) -> None:
+        self.type, self.what, self.many, self.in_json = type_, what, many, in_json
 
     def takes(self, value: Any) -> bool:
-        return isinstance(value, bool)
+        return isinstance(value, self.type)
 
     def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
         del definitions
-        return {"type": "boolean"}
+        return {"type": self.in_json}
 
 
-class _Text(Kind):
-    what, many = "a text", "texts"
-
-    def takes(self, value: Any) -> bool:
-        return isinstance(value, str)
-
-    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
-        del definitions
-        return {"type": "string"}
-
-
-class _Path(_Text):
-    what, many = "a path", "paths"
-
-    def takes(self, value: Any) -> bool:
-        return isinstance(value, str | Path)
-
+class _Path(_Plain):
     def made(self, value: Any, name: str, where: str) -> Any:
         del name, where
         return str(value)
 
 
-FilePath = Annotated[str, _Path()]
+FilePath = Annotated[str, _Path(str | Path, "a path", "paths", "string")]
 
 
 class _Word(Kind):
@@ -446,17 +433,6 @@ class _Table(Kind):
         return {"$ref": f"#/$defs/{name}"}
 
 
-class _Free(Kind):
-    what = "a table"
-
-    def takes(self, value: Any) -> bool:
-        return isinstance(value, Mapping)
-
-    def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
-        del definitions
-        return {"type": "object"}
-
-
 class _Either(Kind):
     def __init__(self, kinds: Sequence[Kind]) -> None:
         self.kinds = kinds
@@ -520,11 +496,12 @@ def kind_of(hint: Any) -> Kind:
         fixed = parts[-1] is not Ellipsis
         return _List([kind_of(part) for part in parts if part is not Ellipsis], fixed=fixed)
     if (hint if origin is None else origin) is Mapping:
-        return _Free()
+        return _Plain(Mapping, "a table", "values", "object")
     if isinstance(hint, type) and issubclass(hint, Document):
         return _Table(hint)
-    simple: dict[Any, Kind] = {float: _Number(), int: _Number(whole=True), bool: _Flag(), str: _Text()}
-    return simple[hint]
+    if hint is bool:
+        return _Plain(bool, "true or false", "values", "boolean")
+    return _Plain(str, "a text", "texts", "string") if hint is str else _Number(whole=hint is int)
 
 
 def _marked(hint: Any, *marks: Any) -> Kind:

@@ -17,7 +17,6 @@ import numpy as np
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.identify import identify
 from stickslip.identification.trajectory.shooting import fit_trajectories
@@ -97,8 +96,9 @@ class Case:
 
     def again(self, first: Identification, seed: int) -> Identification:
         """The law identified from the records of another seed, the search begun at the first identification."""
+        # What was smoothed from the first samples only leads the search.
         records = [
-            _with_recorded(record, made["x"])
+            replace(record, recorded=np.asarray(made["x"], float))
             for record, (made, _) in zip(first.records, self.records(seed), strict=True)
         ]
         begun = replace(first, records=records)
@@ -238,11 +238,6 @@ def _summary(case: Case, rows: pd.DataFrame) -> pd.DataFrame:
             "share": inside / count,
         }
     return pd.DataFrame.from_dict(table, orient="index")
-
-
-def _with_recorded(record: FrictionRecord, recorded: Any) -> FrictionRecord:
-    """The record with the samples of another noise; what was smoothed from the first ones only leads the search."""
-    return replace(record, recorded=np.asarray(recorded, float))
 
 
 def main(arguments: Sequence[str] | None = None, cases: Mapping[str, Case] = CASES) -> None:

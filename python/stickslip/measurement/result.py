@@ -24,11 +24,10 @@ def release() -> str:
         return "unknown"
 
 
-def event_table(rows: Sequence[Sequence[float]], force_unit: str = "N", time_unit: str = "s") -> xr.Dataset:
+def event_table(rows: Sequence[Sequence[float]], force_unit: str = "N") -> xr.Dataset:
     """Table of break-aways from rows of value, error, value, error, ... in the order of `EVENT_COLUMNS`."""
     values = np.array(rows, dtype=np.float64).reshape(-1, 2 * len(EVENT_COLUMNS))
-    rate_unit = "1" if force_unit == time_unit == "1" else f"{force_unit}/{time_unit}"
-    units = (time_unit, time_unit, rate_unit, force_unit, force_unit)
+    units = ("s", "s", f"{force_unit}/s", force_unit, force_unit)
     table = xr.Dataset()
     for i, (name, unit) in enumerate(zip(EVENT_COLUMNS, units, strict=True)):
         table[name] = ("event", values[:, 2 * i], {"units": unit})

@@ -308,7 +308,7 @@ def choose(
         for x, y in start:
             left = [track for track in tracks if track not in chosen]
             if left:
-                chosen.append(min(left, key=lambda track: _first_distance(track, film, x, y)))
+                chosen.append(min(left, key=lambda track: math.dist(track.rows(film)[0][:2], (x, y))))
     for track in chosen:
         for piece in tracks:
             if piece not in chosen and piece.frames and _continues(piece, track, chosen, film):
@@ -363,10 +363,6 @@ def _join(track: Track, piece: Track) -> None:
         setattr(track, name, getattr(order[1], name))
     track.score += piece.score
     piece.frames, piece.indices = [], []
-
-
-def _first_distance(track: Track, film: Rows, x: float, y: float) -> float:
-    return math.dist(track.rows(film)[0][:2], (x, y))
 
 
 def _same_thing(one: Track, other: Track, film: Rows) -> bool:

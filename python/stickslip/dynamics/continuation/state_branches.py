@@ -53,11 +53,8 @@ class StateWalk:
     def both_ways(self, cycle: StateCycle) -> Branch:
         """The branch through an orbit."""
         start = self._corrected(cycle, read(cycle.system, self.path), None)
-        return both_ways_of(lambda sign: self._go(replace(start, direction=sign * self._upwards(start.direction))))
-
-    @staticmethod
-    def _upwards(direction: Floats) -> Floats:
-        return direction * math.copysign(1.0, direction[-1])
+        upwards = start.direction * math.copysign(1.0, start.direction[-1])
+        return both_ways_of(lambda sign: self._go(replace(start, direction=sign * upwards)))
 
     def _go(self, point: _Point) -> Branch:
         branch = Branch("cycle")
@@ -198,9 +195,6 @@ class StateWalk:
         return found
 
 
-def _nontrivial(cycle: StateCycle) -> Any:
-    return cycle.multipliers[0 if cycle.forcing_periods else 1 :]
-
-
 def _of_cycle(test: Callable[[Any], float]) -> Callable[[_Point], float]:
-    return lambda point: test(_nontrivial(point.cycle))
+    """The test of the multipliers of a point's cycle, less the one that is 1 where nothing forces it."""
+    return lambda point: test(point.cycle.multipliers[0 if point.cycle.forcing_periods else 1 :])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -224,6 +225,9 @@ class Walk:
                 raise _Vanished
             return found
 
+        def tested(kind: str, fraction: float) -> float:
+            return TESTS[kind](at(fraction))
+
         for kind, test in TESTS.items():
             before, after = test(point), test(ahead)
             if not (np.isfinite([before, after]).all() and before * after < 0):
@@ -234,7 +238,7 @@ class Walk:
             if kind == "branch_point" and TESTS["fold"](point) * TESTS["fold"](ahead) < 0:
                 continue
             try:
-                found = _located(at, kind, before, after)
+                found = at(root(partial(tested, kind), before, after))
                 low, high = range_of(finished(found.here, 0))
             except _Vanished:
                 return True
@@ -272,14 +276,3 @@ class Walk:
         value, shortest = found
         self._special("vanishing_stick", replace(shortest, values=np.array([value])))
         return True
-
-
-def _located(at: Callable[[float], Point], kind: str, before: float, after: float) -> Point:
-    """The point at(fraction) of a piece of a branch, 0 < fraction < 1, where a test function vanishes.
-
-    Raises
-    ------
-    Lost
-        where a point in between has no orbit.
-    """
-    return at(root(lambda fraction: TESTS[kind](at(fraction)), before, after))

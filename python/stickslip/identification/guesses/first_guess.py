@@ -234,7 +234,8 @@ def _combined(evidence: Evidence) -> Guess:
             curve = _coulomb(evidence)
     static_kind = evidence.parts[0] if evidence.parts else static_kind
     grown = first_guess(static_kind, evidence)
-    slides = [name for name in curve.free if _acts(curve.law, name, lambda law: law.kinetic_force(_speeds(evidence)))]
+    speeds = np.linspace(0.0, float(evidence.curve[0].max()), 20)
+    slides = [name for name in curve.free if _acts(curve.law, name, lambda law: law.kinetic_force(speeds))]
     own_level = evidence.static is not None and evidence.static.own_level
     follows = next((name for name in slides if _acts(curve.law, name, lambda law: law.kinetic_force(0.0))), None)
     names = [name for name in grown.free if name != "kinetic"]
@@ -274,10 +275,6 @@ def _dwell_kind(evidence: Evidence) -> type[Law]:
     """The law of growth with rest whose form the break-aways show."""
     bounded = evidence.static is None or evidence.static.chosen.startswith(("exponential", "Kato", "constant"))
     return DwellTime if bounded else LogarithmicDwell
-
-
-def _speeds(evidence: Evidence) -> Array:
-    return np.linspace(0.0, float(evidence.curve[0].max()), 20)
 
 
 def _acts(law: Law, name: str, answer: Callable[[Law], Any]) -> bool:

@@ -393,10 +393,7 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
     blank = Curve(terms, rows.reference, rows.middle, EXPONENTS.get(form.split(", ")[0], 1.0))
     scales = _scales(rows, blank) if "scale" in names else [blank.scale] * (1 + len(rows.parts))
     curve, *others = (replace(blank, scale=scale) for scale in scales)
-    if "scale" in names:
-        curve = _polished(rows, curve, names.index("scale"))
-    numbers = linear(columns := curve.columns(rows), rows.force, rows.error)
-    rest = rows.force - columns @ numbers
+    curve, numbers, rest = _polished(rows, curve, names.index("scale") if "scale" in names else None)
     if "scale" in names and not _falls(rows, curve, numbers):
         return None
     jacobian = curve.jacobian(rows, numbers)
@@ -558,8 +555,11 @@ def _least(grams: Array) -> tuple[Array, Array]:
     return numbers[:, :, 0] * size[:, -1:] / size[:, :-1], cost
 
 
-def _polished(rows: Rows, curve: Curve, scale: int) -> Curve:
-    """The curve with its scale, number `scale` of its numbers, at the minimum: by Gauss and Newton from near there."""
+def _polished(rows: Rows, curve: Curve, scale: int | None) -> tuple[Curve, Array, Array]:
+    """The curve, its linear numbers and what they leave, its scale at the minimum: by Gauss and Newton from near there.
+
+    `scale` says which of its numbers that is; None: it has none.
+    """
 
     def tried(curve: Curve) -> tuple[float, Array, Array]:
         numbers = linear(columns := curve.columns(rows), rows.force, rows.error)
@@ -567,7 +567,7 @@ def _polished(rows: Rows, curve: Curve, scale: int) -> Curve:
         return float(np.sum((rest / rows.error) ** 2)), numbers, rest
 
     cost, numbers, rest = tried(curve)
-    for _ in range(20):
+    for _ in range(0 if scale is None else 20):
         jacobian = curve.jacobian(rows, numbers)
         size = np.linalg.norm(jacobian, axis=0)
         if not (size > 0).all():
@@ -580,7 +580,7 @@ def _polished(rows: Rows, curve: Curve, scale: int) -> Curve:
         curve, cost, numbers, rest = near, least, others, left
         if abs(step) < SAME:
             break
-    return curve
+    return curve, numbers, rest
 
 
 def _scales(rows: Rows, blank: Curve) -> list[float]:

@@ -216,24 +216,11 @@ class SingleShooting:
         """
         residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
         edges = np.cumsum([0, *self.lengths(1.0)])
-        information = np.zeros((unknowns.size, unknowns.size))
-        scores = np.zeros((unknowns.size, 2))
-        variances, excesses = [], []
-        for (a, b), misfit, sigma in zip(pairwise(edges), self.misfits, self.sigma, strict=True):
-            part = residuals[a:b]
-            freedom = max(part.size - unknowns.size / len(self.misfits), 1.0)
-            variances.append(float(np.sum(part**2)) / freedom)
-            excess = variances[-1] * correlation_time(part)
-            excesses.append(excess)
-            information += slopes[a:b].T @ slopes[a:b] / excess
-            instrument = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.instrument_error / sigma
-            scores += slopes[a:b].T @ instrument / excess
-        if (silent := self.silent(unknowns)) or not np.diag(information).all():
-            raise InputError(
-                f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: leave it out of "
-                "the free parameters, or add records in which it acts"
-            )
-        bread = inverse(information, self.free.names)
+        parts = [residuals[a:b] for a, b in pairwise(edges)]
+        freedoms = [max(part.size - unknowns.size / len(parts), 1.0) for part in parts]
+        variances = [float(np.sum(part**2)) / freedom for part, freedom in zip(parts, freedoms, strict=True)]
+        excesses = [variance * correlation_time(part) for part, variance in zip(parts, variances, strict=True)]
+        bread, moved = self._bread(unknowns, slopes, excesses)
         covariance, independent, summed = np.zeros_like(bread), 0.0, []
         for (a, b), misfit, variance, excess in zip(pairwise(edges), self.misfits, variances, excesses, strict=True):
             influence = bread @ slopes[a:b].T / excess
@@ -251,8 +238,23 @@ class SingleShooting:
                 wider[: self.count] = np.sqrt(np.maximum(times, 1.0))
                 covariance *= np.outer(wider, wider)
                 freedom = min(freedom, len(summed) - 1.0)
-        moved = bread @ scores
         return np.asarray(covariance + moved @ moved.T), freedom
+
+    def _bread(self, unknowns: Array, slopes: Array, excesses: Sequence[float]) -> tuple[Array, Array]:
+        """The inverse of the information, each record's over its excess, and what a standard error of the instrument does."""
+        information, scores = np.zeros((unknowns.size, unknowns.size)), np.zeros((unknowns.size, 2))
+        edges = np.cumsum([0, *self.lengths(1.0)])
+        for (a, b), misfit, sigma, excess in zip(pairwise(edges), self.misfits, self.sigma, excesses, strict=True):
+            information += slopes[a:b].T @ slopes[a:b] / excess
+            instrument = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.instrument_error / sigma
+            scores += slopes[a:b].T @ instrument / excess
+        if (silent := self.silent(unknowns)) or not np.diag(information).all():
+            raise InputError(
+                f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: leave it out of "
+                "the free parameters, or add records in which it acts"
+            )
+        bread = inverse(information, self.free.names)
+        return bread, bread @ scores
 
     def misses(self, motions: pd.DataFrame) -> bool:
         """Whether more than noise is left of a record, or its noise is not known."""

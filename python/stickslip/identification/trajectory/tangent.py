@@ -11,7 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence
 from stickslip.errors import InputError
 from stickslip.laws import Law
-from stickslip.laws.numbers import Pointer, pointers
+from stickslip.laws.numbers import pointers
 from stickslip.laws.state_law import StateLaw
 from stickslip.simulation.orbit import Orbit
 
@@ -82,7 +82,7 @@ class Tangent:
         A number is left out where the law does not exist on both sides of it, or the motion beside takes other events.
         """
         try:
-            paths = (_pointer(self._pointers[name]) for name in names)
+            paths = ("/law/" + "/".join(map(str, self._pointers[name])) for name in names)
             followed = self._sequence.follow(*paths, origin=self._start)
         except InputError:
             # One of them has none: which?
@@ -93,10 +93,6 @@ class Tangent:
             x, v = x - self._v * late, v - self._a * late
         smooth = np.all(np.isfinite(x + v), axis=0).tolist()
         return {name: CubicHermiteSpline(self.times, x[:, j], v[:, j]) for j, name in enumerate(names) if smooth[j]}
-
-
-def _pointer(pointer: Pointer) -> str:
-    return "/law/" + "/".join(map(str, pointer))
 
 
 def _with_knots(

@@ -95,16 +95,22 @@ def _without_lag(samples: Samples, bench: Bench) -> Samples:
     lag = bench.maybe("clock_offset")
     if not lag:
         return samples
-    time = samples.time
-    inside = (time + lag >= time[0]) & (time + lag <= time[-1])
+    force = replace(samples, channels={"time": samples.time, "force": samples["force"]})
+    note = f"the force was taken {lag:g} s later than the motion, as the rig says (clock_offset)"
+    return replace(samples, channels=_common(force, samples, lag), notes=(*samples.notes, note))
+
+
+def _common(force: Samples, motion: Samples, offset: float) -> dict[str, Array]:
+    """The channels of the motion, and those of the force so much later, where both are there."""
+    time = motion.time + offset
+    inside = (time >= force.time[0]) & (time <= force.time[-1])
     if np.count_nonzero(inside) < LEAST_SAMPLES:
         raise InputError(
-            f"{samples.source}: {np.count_nonzero(inside)} samples are left with a clock_offset of {lag:g} s, at least "
-            f"{LEAST_SAMPLES} are needed; correct clock_offset"
+            f"{force.source}: with a clock_offset of {offset:g} s force and motion have {np.count_nonzero(inside)} samples "
+            f"in common, at least {LEAST_SAMPLES} are needed; correct clock_offset"
         )
-    channels = {**samples.part(inside).channels, "force": np.interp(time[inside] + lag, time, samples["force"])}
-    note = f"the force was taken {lag:g} s later than the motion, as the rig says (clock_offset)"
-    return replace(samples, channels=channels, notes=(*samples.notes, note))
+    taken = {name: np.interp(time[inside], force.time, force[name]) for name in force.channels if name != "time"}
+    return motion.part(inside).channels | taken
 
 
 def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
@@ -144,19 +150,8 @@ def _join(force: Samples, motion: Samples, bench: Bench) -> Samples:
         )
         if abs(given - found.value) > 3 * found.error:
             notes.append("the offset of the rig contradicts the records: look at both")
-    time = motion.time + offset
-    inside = (time >= force.time[0]) & (time <= force.time[-1])
-    if np.count_nonzero(inside) < 32:
-        raise InputError(
-            f"{force.source}: with a clock offset of {offset:g} s the two records have {np.count_nonzero(inside)} samples in "
-            "common; correct clock_offset"
-        )
-    channels = motion.part(inside).channels
-    for key, value in force.channels.items():
-        if key != "time":
-            channels[key] = np.interp(time[inside], force.time, value)
     units, source = {**motion.units, **force.units}, f"{force.source}, {motion.source}"
-    return Samples(channels, units, source, tuple(notes), scale_error=motion.scale_error)
+    return Samples(_common(force, motion, offset), units, source, tuple(notes), scale_error=motion.scale_error)
 
 
 def _check_without_inertia(found: Offset, force: Samples, motion: Samples, speed: Array, acceleration: Array) -> None:

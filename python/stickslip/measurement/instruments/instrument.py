@@ -336,27 +336,26 @@ class Instrument:
         clock = channels["time"].column if "time" in channels else None
         table = one_segment(table, layout, None if isinstance(clock, tuple) else clock)
         dimensions = {"time": ("time",), **self.channels, **self.optional}
-        values: dict[str, Array] = {}
-        units: dict[str, str] = {}
-        names: dict[str, str] = {}
-        readings: dict[str, Array] = {}
+        found: dict[str, _Column] = {}
         lengths = False
         for name, channel in channels.items():
             columns = channel.column if isinstance(channel.column, tuple) else (channel.column,)
-            found = [table.name_of(column) for column in columns]
-            raw = np.concatenate([table.columns[column] for column in found])
+            names = [table.name_of(column) for column in columns]
+            raw = np.concatenate([table.columns[column] for column in names])
             if channel.valid is not None:
                 raw = np.where((raw >= channel.valid[0]) & (raw <= channel.valid[1]), raw, np.nan)
             # What a scale turns into the channel's unit has another one in the file.
-            stated = table.unit_of(found[0]) if abs(channel.scale) == 1 else table.units.get(found[0])
-            table.refuse_unit(found[0], channel.unit, stated, f'unit = "{{}}" for {name}')
+            stated = table.unit_of(names[0]) if abs(channel.scale) == 1 else table.units.get(names[0])
+            table.refuse_unit(names[0], channel.unit, stated, f'unit = "{{}}" for {name}')
             unit = channel.unit or stated or si_unit(dimensions[name][0])
             dimension, size = find_unit(unit, dimensions[name], name)
-            values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
-            units[name], names[name], readings[name] = si_unit(dimension), found[0], raw
+            values = channel.calibrated(raw, f"{table.source}: {name}") * size
+            # a drop-out in a channel that is only told about does not cost the others their sample
+            core = name not in self.optional or channel.valid is None
+            found[name] = _Column(names[0], channel, si_unit(dimension), raw, values, core)
             # the rig states the size of a pixel itself
             lengths = lengths or (dimension in LENGTHS and stated != "px")
-        samples = _on_clock(values, units, names, readings, table, layout, rate, channels, self.optional, least)
+        samples = _on_clock(found, table, layout, rate, least)
         if not lengths or not table.scale_error:
             return samples
         note = (
@@ -366,42 +365,46 @@ class Instrument:
         return replace(samples, notes=(*samples.notes, note), scale_error=table.scale_error)
 
 
-def _on_clock(
-    values: dict[str, Array],
-    units: dict[str, str],
-    names: dict[str, str],
-    readings: dict[str, Array],
-    table: Table,
-    layout: Layout,
-    rate: float | None,
-    channels: Mapping[str, Channel],
-    optional: Mapping[str, Any],
-    least: int,
-) -> Samples:
+@dataclass(frozen=True)
+class _Column:
+    """A channel of one record: the name of its column, its readings, its values in SI, and whether each sample needs one."""
+
+    name: str
+    channel: Channel
+    unit: str
+    readings: Array
+    values: Array
+    core: bool
+
+
+def _on_clock(columns: Mapping[str, _Column], table: Table, layout: Layout, rate: float | None, least: int) -> Samples:
     notes = list(table.notes)
-    lengths = {name: len(value) for name, value in values.items()}
-    n = next(iter(lengths.values()))
-    for name, length in lengths.items():
-        if length != n:
+    first = next(iter(columns.values()))
+    n = len(first.values)
+    for column in columns.values():
+        if len(column.values) != n:
             raise InputError(
-                f"{table.source}: column {names[name]!r} has {length} rows and {names[next(iter(names))]!r} has {n}; "
+                f"{table.source}: column {column.name!r} has {len(column.values)} rows and {first.name!r} has {n}; "
                 "they must agree"
             )
-    if "time" not in values:
+    if "time" in columns:
+        time = columns["time"].values
+    else:
         assert rate is not None
-        values["time"], units["time"] = np.arange(n) / rate, "s"
-    inside = in_window(values["time"], layout.window)
-    table = table.part(inside)
-    values = {name: value[inside] for name, value in values.items()}
-    for name, raw in readings.items():
-        readings[name] = raw[inside]
-        if channels[name].valid is None:
-            check_finite(readings[name], names[name], table, layout.missing)
-    # a drop-out in a channel that is only told about does not cost the others their sample
-    core = [name for name in values if name not in optional or channels[name].valid is None]
-    good = np.all([np.isfinite(values[name]) for name in core], axis=0)
+        time = np.arange(n) / rate
+    inside = in_window(time, layout.window)
+    table, time = table.part(inside), time[inside]
+    columns = {
+        name: replace(column, readings=column.readings[inside], values=column.values[inside])
+        for name, column in columns.items()
+    }
+    for column in columns.values():
+        if column.channel.valid is None:
+            check_finite(column.readings, column.name, table, layout.missing)
+    core = [column for column in columns.values() if column.core]
+    good = np.all([np.isfinite(values) for values in (time, *(column.values for column in core))], axis=0)
     if not good.all():
-        missing = ", ".join(sorted(names[name] for name in core if not np.isfinite(values[name]).all()))
+        missing = ", ".join(sorted(column.name for column in core if not np.isfinite(column.values).all()))
         count = int(np.count_nonzero(~good))
         what = "row with a missing value was" if count == 1 else "rows with missing values were"
         notes.append(f"{count} {what} left out (column {missing})")
@@ -409,13 +412,15 @@ def _on_clock(
         raise InputError(
             f"{table.source}: {np.count_nonzero(good)} usable samples are too short a record, at least {least} are needed"
         )
-    kept = {name: value[good] for name, value in values.items()}
-    if "time" in names:
-        check_increasing(kept["time"], names["time"], table.part(good))
-    for name, raw in readings.items():
-        if name == "time" or channels[name].resets:  # a reading is held over a reset
+    if "time" in columns:
+        check_increasing(time[good], columns["time"].name, table.part(good))
+    for name, column in columns.items():
+        if name == "time" or column.channel.resets:  # a reading is held over a reset
             continue
-        seen = good & np.isfinite(raw)
-        faults = reading_faults(raw[seen], values["time"][seen], noisy=units[name] in NOISY)
-        notes += [f"column {names[name]!r}: {fault}" for fault in faults]
-    return Samples(kept, units, table.source, tuple(notes))
+        seen = good & np.isfinite(column.readings)
+        faults = reading_faults(column.readings[seen], time[seen], noisy=column.unit in NOISY)
+        notes += [f"column {column.name!r}: {fault}" for fault in faults]
+    kept = {name: column.values[good] for name, column in columns.items()} | {"time": time[good]}
+    return Samples(
+        kept, {name: column.unit for name, column in columns.items()} | {"time": "s"}, table.source, tuple(notes)
+    )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -19,22 +22,20 @@ def block_error(values: Array, blocks: int = 10) -> float:
     >>> block_error(slow) > 5 * float(slow.std()) / 1000**0.5
     True
     """
+    return _error_of(np.mean, values, blocks)
+
+
+def median_and_error(values: Array) -> tuple[float, float]:
+    """Median and its standard error from the medians of ten consecutive blocks."""
+    return float(np.median(values)) if len(values) else float("nan"), _error_of(np.median, values, 10)
+
+
+def _error_of(middle: Callable[[Array], Any], values: Array, blocks: int) -> float:
+    """Standard error of a mean or a median."""
     blocks = min(blocks, len(values) // 2)
     if blocks < 2:
         return float("nan")
-    means = [float(part.mean()) for part in np.array_split(values, blocks)]
-    return float(np.std(means, ddof=1) / np.sqrt(blocks))
-
-
-def median_and_error(values: Array, blocks: int = 10) -> tuple[float, float]:
-    """Median and its standard error from the medians of consecutive blocks."""
-    if len(values) == 0:
-        return float("nan"), float("nan")
-    blocks = min(blocks, len(values) // 2)
-    if blocks < 2:
-        return float(np.median(values)), float("nan")
-    medians = [float(np.median(part)) for part in np.array_split(values, blocks)]
-    return float(np.median(values)), float(np.std(medians, ddof=1) / np.sqrt(blocks))
+    return float(np.std([middle(part) for part in np.array_split(values, blocks)], ddof=1) / np.sqrt(blocks))
 
 
 def straight_line(x: Array, y: Array) -> tuple[float, float]:

@@ -36,14 +36,13 @@ class Line:
     share: float
 
 
-def main_line(signal: Array, step: float, least: float = 0.0, rate: float = 0.0) -> Line:
+def main_line(signal: Array, step: float, rate: float = 0.0) -> Line:
     """Highest peak of the spectrum by Welch's method, its top from a parabola through the logarithms of three bins.
 
     Parameters
     ----------
     signal : (n,) evenly sampled.
     step : sampling interval in s.
-    least : frequencies below are not looked at, Hz.
     rate : how often the motion repeats itself, such as sticks per second, 0 where it is not known. Where the highest peak is
         a harmonic of it and the peak at the rate itself nearly as strong, the line at the rate is the main one.
 
@@ -59,23 +58,23 @@ def main_line(signal: Array, step: float, least: float = 0.0, rate: float = 0.0)
     >>> round(line.frequency, 1)
     15.1
     """
-    first = _peak(signal, step, len(signal), least)[0]
+    first = _peak(signal, step, len(signal))[0]
     periods = len(signal) * step * first if np.isfinite(first) else 0.0
     # Eight segments that overlap by half, but never so short that the line falls among the lowest frequencies.
     length = min(max(int(len(signal) * max(1 / 4.5, LEAST_PERIODS / max(periods, 1.0))), 8), len(signal))
-    whole = _peak(signal, step, length, least)
+    whole = _peak(signal, step, length)
     if whole[0] > 1.5 * rate > 0:
         lowest = _peak(signal, step, length, (1 - NEAR) * rate, (1 + NEAR) * rate)
         if lowest[1] >= STRONG * whole[1]:
             return Line(lowest[0], 0.25 / (length * step), lowest[1])
     error = 0.25 / (length * step)
     if periods >= 4 * LEAST_PERIODS:
-        quarters = [_peak(part, step, len(part), least)[0] for part in np.array_split(signal, 4)]
+        quarters = [_peak(part, step, len(part))[0] for part in np.array_split(signal, 4)]
         error = max(error, float(np.std(quarters, ddof=1)) / 2)
     return Line(whole[0], error, whole[1])
 
 
-def _peak(signal: Array, step: float, length: int, least: float, most: float = np.inf) -> tuple[float, float]:
+def _peak(signal: Array, step: float, length: int, least: float = 0.0, most: float = np.inf) -> tuple[float, float]:
     from scipy.signal import welch  # loads for half a second
 
     frequency, power = welch(signal - np.mean(signal), 1 / step, window="hann", nperseg=length, detrend="constant")

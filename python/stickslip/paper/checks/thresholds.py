@@ -35,10 +35,6 @@ def _end_of_stick_slip(study: Study) -> Evidence:
     return Evidence(verdict, evidence.value, f"{evidence.sentence}; {above} 0.005 above it")
 
 
-def _end_of_oscillation(study: Study) -> Evidence:
-    return _threshold(study.end_of_oscillation, END_OF_OSCILLATION, "end of the limit cycle")
-
-
 def _hopf(study: Study) -> Evidence:
     end = study.end_of_oscillation
     if end is None:
@@ -125,7 +121,7 @@ CLAIMS: tuple[Claim, ...] = (
         "drive velocity where the limit cycle ends, from the stuck start, by bisection",
         "0.40 ± 0.005; partly: ± 0.03",
         "calibration: f_s(0, δ)",
-        _end_of_oscillation,
+        lambda study: _threshold(study.end_of_oscillation, END_OF_OSCILLATION, "end of the limit cycle"),
     ),
     Claim(
         "stable-slip",

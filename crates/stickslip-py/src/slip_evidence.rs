@@ -1,0 +1,240 @@
+//! How likely samples make a slip between two times, as `measurement/signals/slip_evidence.py` says it: a quintic spline by
+//! banded orthogonal triangles, a few thousand times for a record. Normal equations would lose half of the digits.
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "views of arrays are two words and a pointer"
+)]
+
+use std::ops::Range;
+
+use numpy::ndarray::{ArrayView1, ArrayView3, s};
+use numpy::{PyReadonlyArray1, PyReadonlyArray3};
+use pyo3::prelude::*;
+use stickslip::elementary::{exp, ln};
+
+const DEGREE: usize = 5;
+/// Splines that an interval has.
+const ORDER: usize = DEGREE + 1;
+/// Legendre's five points in (-1, 1), and their weights.
+const GAUSS: [(f64, f64); 5] = [
+    (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
+    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+    (0.0, 0.568_888_888_888_888_9),
+    (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+    (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+];
+/// Of the largest number on the diagonal of a triangle: less than this is rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// A number for each spline of an interval.
+type Local = [f64; ORDER];
+/// Mass, damping, stiffness and drive velocity; noise, cut-off and sampling interval; slope of the fall and its decay.
+type Model = ((f64, f64, f64, f64), (f64, f64, f64), (f64, f64));
+
+/// An equation: the first spline it holds, their factors, the factor of the level of the stick, the right side.
+type Equation = (usize, Local, [f64; 2]);
+
+/// Equations for splines made a triangle by rotations: of each row the entries from its diagonal on, and both right sides.
+#[derive(Clone)]
+struct Triangle {
+    rows: Vec<(Local, [f64; 2])>,
+}
+
+impl Triangle {
+    /// Take an equation in; returns what no splines can take up of its right sides.
+    fn rotate(&mut self, (first, mut row, mut sides): Equation) -> [f64; 2] {
+        for (line, right) in &mut self.rows[first..] {
+            if row[0] != 0.0 {
+                let length = (line[0] * line[0] + row[0] * row[0]).sqrt();
+                let (c, s) = (line[0] / length, row[0] / length);
+                let turn = |own: &mut f64, other: &mut f64| {
+                    (*own, *other) = (c * *own + s * *other, c * *other - s * *own);
+                };
+                line.iter_mut()
+                    .zip(&mut row)
+                    .for_each(|(own, other)| turn(own, other));
+                right
+                    .iter_mut()
+                    .zip(&mut sides)
+                    .for_each(|(own, other)| turn(own, other));
+            }
+            row.copy_within(1.., 0);
+            row[DEGREE] = 0.0;
+            if row == [0.0; ORDER] {
+                break;
+            }
+        }
+        sides
+    }
+
+    /// Log determinant of the sum of squares; None where the equations do not tell all splines.
+    fn log(&self) -> Option<f64> {
+        let sizes = || self.rows.iter().map(|(line, _)| line[0].abs());
+        let least = ROUNDING * sizes().fold(0.0, f64::max);
+        sizes()
+            .all(|size| size > least)
+            .then(|| 2.0 * sizes().map(ln).sum::<f64>())
+    }
+}
+
+/// An equation in the splines that are free, the others being at the level of the stick.
+fn tied(free: &Range<usize>, first: usize, all: Local, right: f64) -> Equation {
+    let (from, mut row, mut level) = (first.max(free.start), [0.0; ORDER], 0.0);
+    for (column, value) in (first..).zip(all) {
+        if free.contains(&column) {
+            row[column - from] = value;
+        } else {
+            level += value;
+        }
+    }
+    (from - free.start, row, [level, right])
+}
+
+/// Derivative number `order` of the splines of an interval at a position in it.
+fn derivative(pieces: &ArrayView3<'_, f64>, interval: usize, order: usize, at: f64) -> Local {
+    let mut found = [0.0; ORDER];
+    for power in (order..ORDER).rev() {
+        let falling: usize = (power + 1 - order..=power).product();
+        for (value, coefficient) in found.iter_mut().zip(pieces.slice(s![interval, power, ..])) {
+            *value = *value * at + falling as f64 * coefficient;
+        }
+    }
+    found
+}
+
+fn scaled(row: Local, factor: f64) -> Local {
+    row.map(|value| factor * value)
+}
+
+/// Index of the first time that is not before this one.
+fn first_from(time: &ArrayView1<'_, f64>, at: f64) -> usize {
+    let (mut low, mut high) = (0, time.len());
+    while low < high {
+        let middle = usize::midpoint(low, high);
+        if time[middle] < at {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+/// The three numbers of an `Evidence`: see `SlipModel.slip`. `pieces` are those of splines on intervals of length one, (count,
+/// power, spline). None where the samples do not tell the slip.
+#[pyfunction]
+pub(crate) fn slip_evidence(
+    samples: (
+        PyReadonlyArray1<'_, f64>,
+        PyReadonlyArray1<'_, f64>,
+        PyReadonlyArray1<'_, f64>,
+    ),
+    model: Model,
+    pieces: PyReadonlyArray3<'_, f64>,
+    limits: (f64, f64, f64),
+    joined: &str,
+    soft: bool,
+) -> Option<(f64, f64, f64)> {
+    let ((mass, damping, stiffness, drive), (noise, cutoff, step), (slope, decay)) = model;
+    let ((start, end, origin), pieces) = (limits, pieces.as_array());
+    let (time, path, weight) = (samples.0.as_array(), samples.1.as_array(), samples.2.as_array());
+    let count = pieces.dim().0;
+    let (size, h) = (count + DEGREE, (end - start) / count as f64);
+    // the stick holds u = U and u' = 0, and u'' = 0 at a soft joint
+    let ends = if soft { 3 } else { 2 };
+    let free = match joined {
+        "start" => ends..size,
+        "end" => 0..size - ends,
+        _ => 0..size,
+    };
+    let mut sums = [0.0; 3];
+    let mut take = |triangle: &mut Triangle, equation: Equation| {
+        let [level, right] = triangle.rotate(equation);
+        sums = [
+            sums[0] + level * level,
+            sums[1] + level * right,
+            sums[2] + right * right,
+        ];
+    };
+    // df/dt / m = target - sum_d factors[d] u^(d)
+    let factors = [stiffness / mass / h, damping / mass / (h * h), 1.0 / (h * h * h)];
+    let (target, rate) = (stiffness * drive / mass, (stiffness / mass).sqrt());
+    let band = 2.0 * std::f64::consts::PI * cutoff;
+    let strength = 1.0 / (step.sqrt() * (band * band * band) * noise);
+    let mut slip = Triangle {
+        rows: vec![([0.0; ORDER], [0.0; 2]); free.len()],
+    };
+    for interval in 0..count {
+        for (node, share) in GAUSS {
+            let inside = 0.5 + 0.5 * node;
+            let since = h * (interval as f64 + inside);
+            let softer = if soft {
+                1.0 + 1.0 / (rate * since * (rate * since))
+            } else {
+                1.0
+            };
+            let root = strength * (h * 0.5 * share * softer).sqrt();
+            let falls = if joined == "start" && slope != 0.0 {
+                slope * exp(-decay * since) / mass / (h * h)
+            } else {
+                0.0
+            };
+            let mut change = [0.0; ORDER];
+            for (order, factor) in (1..).zip([factors[0], factors[1] + falls, factors[2]]) {
+                let by = derivative(&pieces, interval, order, inside);
+                change
+                    .iter_mut()
+                    .zip(by)
+                    .for_each(|(sum, value)| *sum += factor * value);
+            }
+            take(
+                &mut slip,
+                tied(&free, interval, scaled(change, root), root * target),
+            );
+        }
+    }
+    // the walk alone leaves states open, which have a unit each
+    let units = [rate, 1.0 / h, 1.0 / (h * h * rate)].map(|unit| unit / drive);
+    let state = |order: usize, first: usize, at: f64| {
+        tied(
+            &free,
+            first,
+            scaled(derivative(&pieces, first, order, at), units[order]),
+            0.0,
+        )
+    };
+    let held = match joined {
+        "start" | "end" if soft => vec![],
+        "start" => vec![state(2, 0, 0.0)],
+        "end" => vec![state(2, count - 1, 1.0)],
+        _ => (0..3).map(|order| state(order, 0, 0.0)).collect(),
+    };
+    let mut prior = slip.clone();
+    let squares = |row: &Local| row.iter().map(|value| value * value).sum::<f64>();
+    let mut scale = 1.0;
+    if !held.is_empty() {
+        scale = held.iter().map(|(_, row, _)| squares(row)).sum::<f64>()
+            / slip.rows.iter().map(|(line, _)| squares(line)).sum::<f64>();
+    }
+    for (first, row, sides) in &held {
+        prior.rotate((*first, scaled(*row, 1.0 / scale.sqrt()), *sides));
+    }
+    let log_prior = prior.log()? + held.len() as f64 * ln(scale);
+    for i in first_from(&time, start)..first_from(&time, end) {
+        let position = (time[i] - start) / h;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "positions lie in 0..count"
+        )]
+        let interval = (position as usize).min(count - 1);
+        let row = derivative(&pieces, interval, 0, position - interval as f64);
+        let root = weight[i].sqrt() / noise;
+        take(
+            &mut slip,
+            tied(&free, interval, scaled(row, root), root * (path[i] - origin)),
+        );
+    }
+    let [square, linear, rest] = sums;
+    Some((square, linear, rest + slip.log()? - log_prior))
+}
