@@ -3,8 +3,9 @@
     python docs/evidence/events.py [--seeds N] [--first N] [--again] [-o FILE]
 
 A seed is 5,000 oscillators, 500 systems, 300 systems under normal forces that vary and on springs that bend, 300 systems of
-what those leave out, and under laws with an internal state 40 runs of the core's integrator and 20 of `stickslip.simulate`. What a seed gave is a line of events.jsonl: a run that was stopped
-goes on where it ended. --again runs what failed anew on the engine of this moment.
+what those leave out, and under laws with an internal state 40 runs of the core's integrator and 20 of `stickslip.simulate`.
+What a seed gave is a line of events.jsonl: a run that was stopped goes on where it ended. --again runs what failed anew on
+the engine of this moment.
 Ends with code 1 where a failure is left; `stickslip-judge --seed S --first I --oscillators 1` shows its document.
 """
 
@@ -47,8 +48,9 @@ finds something still, in pairs of doubles (31 digits). Of each phase it checks
 * the reported force, stick time and force rate, the order of events, the mode that follows, and the start.
 
 A residual counts as a failure beyond 4096 roundings (9e-13) of its terms, times what the phase does to them: its own
-sensitivity to its start, to forces and to the way passed. Energy needs no check of its own: a motion that agrees with the
-equations keeps its balance.
+sensitivity to its start, to forces and to the way passed. What follows a phase has 64 roundings of how far and how fast the
+motion went on the way; a stick time has one of the longest period of a force. Energy needs no check of its own: a motion
+that agrees with the equations keeps its balance.
 
 The documents are drawn to provoke: near-critical, heavy and no damping, near resonance, up to four harmonics, static
 friction from zero to some ulps above kinetic, grazes, starts on the edge of adhesion, drives near zero, steep pieces, units
@@ -70,13 +72,13 @@ derivatives, its own variables, and the linearly implicit Euler rule, extrapolat
 reported step to the next at 1e-13. It checks
 
 * velocities, accelerations and friction forces at each step, to 4096 roundings of their terms;
-* that each step leads to the next one within 100 times the tolerance of the integrator, the interpolant between within 10,000
-  times; within 100 times more where the step holds a corner of friction, of a normal force or of a spring or a boundary layer,
-  of which no error estimate knows: there the judge had to halve its own step five times;
+* that each step leads to the next one within 100 times the tolerance of the integrator, the interpolant between within
+  100,000 times; within 100 times more where the step holds a boundary layer or a corner of friction, of a normal force or of
+  a spring, of which no error estimate knows: there the judge had to halve its own step five times;
 * of `stickslip.simulate`, that velocities change their signs where its table of events says so, and nowhere else.
 
-Phases are steps there, and events changes of sign. `tests/test_state_laws.py` and `tests/test_state_systems.py` hold these laws
-against the balance of energy, limits in which they become a law with events, and known critical stiffnesses.
+Phases are steps there, and events changes of sign. `tests/test_state_laws.py` and `tests/test_state_systems.py` hold these
+laws against the balance of energy, limits in which they become a law with events, and known critical stiffnesses.
 
 """
 

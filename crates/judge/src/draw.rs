@@ -568,7 +568,7 @@ fn busy_drive(random: &mut Random, units: Units) -> Value {
 /// inertia or lie decades apart, contacts and springs between any two of them, masses on no spring.
 #[must_use]
 pub fn further(seed: u64, index: u64) -> Value {
-    let mut random = Random::new(seed ^ 0xF0_47E4, index);
+    let mut random = Random::new(seed ^ 0x00F0_47E4, index);
     let random = &mut random;
     let units = units(random);
     let n = [1, 1, 2, 3, 4][random.one_of(5)];
@@ -707,7 +707,7 @@ fn choose(random: &mut Random) -> &'static str {
 #[must_use]
 pub fn state(seed: u64, index: u64) -> Value {
     let choose = |random: &mut Random| STATE_LAWS[random.one_of(STATE_LAWS.len())];
-    let mut random = Random::new(seed ^ 0x57A7_E5, index);
+    let mut random = Random::new(seed ^ 0x0057_A7E5, index);
     let random = &mut random;
     let most = if random.chance(0.5) { 1 } else { 4 };
     let mut case = chain(seed ^ 0x57A7, index, most, choose);

@@ -30,7 +30,7 @@ const ESTIMATES: f64 = 100.0;
 const CORNER: f64 = 100.0;
 const HALVED: u32 = 5;
 /// The interpolant between two steps has a lower order than the steps.
-const BETWEEN: f64 = 1e4;
+const BETWEEN: f64 = 1e5;
 /// More steps of the judge than this a run are not judged.
 const WORK: u64 = 40_000;
 

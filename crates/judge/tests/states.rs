@@ -86,8 +86,9 @@ fn changes_of_sign_that_are_missed_invented_or_displaced_are_found() {
     fast["sys"]["contacts"][0]["drive_velocity"] = json!(5.0);
     let what = finding(&fast, |report| {
         let v = |at: usize| report.rows[at].v[0];
-        let first = (1..).find(|&at| v(at - 1) * v(at) < 0.0).unwrap();
-        let back = (first..).find(|&at| v(at) * v(first) < 0.0).unwrap();
+        let rows = 1..report.rows.len();
+        let first = rows.clone().find(|&at| v(at - 1) * v(at) < 0.0).unwrap();
+        let back = rows.skip(first).find(|&at| v(at) * v(first) < 0.0).unwrap();
         // No row lies between the two changes of its sign.
         report.rows.truncate(back + 1);
         report.rows.drain(first..back);

@@ -63,7 +63,9 @@ impl<'a> March<'a> {
             for index in 0..row + 2 {
                 let there = time + h * ((index + 1) as f64 / parts);
                 let (mut rates, _) = self.equations.rates([there, piece], &now, None);
-                rates.iter_mut().for_each(|rate| *rate *= h / parts);
+                for rate in &mut rates {
+                    *rate *= h / parts;
+                }
                 factors.solve(&mut rates);
                 now.iter_mut().zip(rates).for_each(|(y, by)| *y += by);
             }
