@@ -2,9 +2,10 @@
 
     python docs/evidence/events.py [--seeds N] [--first N] [--again] [-o FILE]
 
-A seed is 5,000 oscillators, 500 systems and 300 systems under normal forces that vary and on springs that bend; 200 seeds
-are a million, a hundred thousand and sixty thousand. What a seed gave is a line of events.jsonl: a run that was stopped
-goes on where it ended. --again runs what failed anew on the engine of this moment.
+A seed is 5,000 oscillators, 500 systems, 300 systems under normal forces that vary and on springs that bend, 300 systems of
+what those leave out, and under laws with an internal state 40 runs of the core's integrator and 20 of `stickslip.simulate`.
+What a seed gave is a line of events.jsonl: a run that was stopped goes on where it ended. --again runs what failed anew on
+the engine of this moment.
 Ends with code 1 where a failure is left; `stickslip-judge --seed S --first I --oscillators 1` shows its document.
 """
 
@@ -19,10 +20,18 @@ import tempfile
 import time
 from pathlib import Path
 
+import numpy as np
+
+from stickslip.model.system import system_from_dict
+from stickslip.simulation.integration import integrate
+from stickslip.simulation.state_orbit import StateOrbit
+
 ROOT = Path(__file__).resolve().parents[2]
-SHARES = {"oscillators": 5000, "systems": 500, "loaded": 300}
+SHARES = {"oscillators": 5000, "systems": 500, "loaded": 300, "further": 300, "states": 40, "integrated": 20}
 #: What one document of each kind is called.
-ONE = {"oscillators": "oscillator", "systems": "system", "loaded": "loaded"}
+ONE = {name: name.removesuffix("s") for name in ("oscillators", "systems", "loaded", "further", "states", "integrated")}
+#: Of a run of `stickslip.simulate` so many steps are judged, and the interpolant after every so many.
+STEPS, EVERY = 1500, 4
 
 HEAD = """# Events under an independent judge
 
@@ -39,8 +48,9 @@ finds something still, in pairs of doubles (31 digits). Of each phase it checks
 * the reported force, stick time and force rate, the order of events, the mode that follows, and the start.
 
 A residual counts as a failure beyond 4096 roundings (9e-13) of its terms, times what the phase does to them: its own
-sensitivity to its start, to forces and to the way passed. Energy needs no check of its own: a motion that agrees with the
-equations keeps its balance.
+sensitivity to its start, to forces and to the way passed. What follows a phase has 64 roundings of how far and how fast the
+motion went on the way; a stick time has one of the longest period of a force. Energy needs no check of its own: a motion
+that agrees with the equations keeps its balance.
 
 The documents are drawn to provoke: near-critical, heavy and no damping, near resonance, up to four harmonics, static
 friction from zero to some ulps above kinetic, grazes, starts on the edge of adhesion, drives near zero, steep pieces, units
@@ -51,10 +61,24 @@ pieces and cubic parts. Most runs are short, for many different ones; one in a h
 Bogacz and Ryczek is drawn for oscillators. A fifth of the oscillators runs on Taylor series although it has a closed form.
 `max_events` is 400; a run that asks 20,000 times whether to go on is told not to (`max_seconds`).
 
-Laws with an internal state (LuGre, Dahl, ElastoPlastic, BoucWen, RateState, Regularised) have no modes and no certified
-events: they are integrated step by step and are not judged here. `tests/test_state_laws.py` and `tests/test_state_systems.py`
-hold them against independent runs, the balance of energy, limits in which they become a law with events, and known critical
-stiffnesses.
+Called further are systems of one to four masses of what those leave out: laws composed of others (`Combined`, `Asymmetric`),
+drives that are tables and several waves at once, normal forces of several waves, inclines, masses that are coupled by inertia
+or lie six decades apart, contacts and springs between any two of them, masses on no spring of their own.
+
+Laws with an internal state (LuGre, Dahl, ElastoPlastic, BoucWen, RateState with every evolution of its state, with one and
+two, Regularised) have no modes and no certified events; their runs are judged step by step, those of the core's own
+integrator (states) and those of `stickslip.simulate` (integrated). The judge has its own formulas of these laws with their
+derivatives, its own variables, and the linearly implicit Euler rule, extrapolated (Deuflhard 1985), which leads from each
+reported step to the next at 1e-13. It checks
+
+* velocities, accelerations and friction forces at each step, to 4096 roundings of their terms;
+* that each step leads to the next one within 100 times the tolerance of the integrator, the interpolant between within
+  100,000 times; within 100 times more where the step holds a boundary layer or a corner of friction, of a normal force or of
+  a spring, of which no error estimate knows: there the judge had to halve its own step five times;
+* of `stickslip.simulate`, that velocities change their signs where its table of events says so, and nowhere else.
+
+Phases are steps there, and events changes of sign. `tests/test_state_laws.py` and `tests/test_state_systems.py` hold these
+laws against the balance of energy, limits in which they become a law with events, and known critical stiffnesses.
 
 """
 
@@ -89,9 +113,60 @@ def source(crate: str) -> str:
 
 def judge(program: Path, seed: int, first: int = 0, **shares: int) -> tuple[dict, list[dict]]:
     """The counts of some documents of a seed, and what failed."""
-    command = [str(program), "--seed", str(seed), "--first", str(first), "--show", "1000000"]
+    asked = [str(program), "--seed", str(seed), "--first", str(first)]
+    integrated = shares.pop("integrated", 0)
+    command = [*asked, "--show", "1000000"]
     for name, count in shares.items():
         command += [f"--{name}", str(count)]
+    counts, found = verdict(command)
+    if integrated:
+        documents = subprocess.run(
+            [*asked, "--states", str(integrated), "--documents", "1"], stdout=subprocess.PIPE, text=True, check=True
+        )
+        cases = [json.loads(line) for line in documents.stdout.splitlines()]
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "runs.json"
+            path.write_text(json.dumps([told(case) for case in cases if "sys" in case]))
+            more, failed = verdict([str(program), str(path), "--show", "1000000"])
+        counts["integrated"] = more[str(path)]
+        for failure in failed:
+            failure["from"] = f"integrated {first + int(failure['from'].split()[-1])}"
+        found += failed
+    return counts, found
+
+
+def told(case: dict) -> dict:
+    """A run of `stickslip.simulate` as the judge reads it."""
+    system = system_from_dict(case["sys"])
+    orbit = integrate(system, case["t_end"], case["x0"], case["v0"], tolerance=1e-10, max_seconds=60.0)
+    steps = np.asarray(orbit._solution.ts)
+    t = steps[steps <= orbit.t_end][:STEPS]
+    stop = orbit.stop if t[-1] == orbit.t_end else "cut"
+    between = 0.5 * (t[:-1] + t[1:])
+    asked = np.arange(between.size) % EVERY == 0
+    rows = iter(_rows(orbit, between[asked]))
+    events = orbit.events[orbit.events["t"] <= t[-1]]
+    changes = zip(events["kind"], events["contact"].tolist(), events["t"].tolist(), strict=True)
+    return {
+        "document": case,
+        "rows": _rows(orbit, t),
+        "between": [next(rows) if wanted else None for wanted in asked],
+        "tolerance": 1e-10,
+        "stop": stop,
+        "changes": list(changes),
+    }
+
+
+def _rows(orbit: StateOrbit, t: np.ndarray) -> list[list]:
+    """[t, x, v, a, w, force, z] at times."""
+    motion = orbit.to_xarray(t)
+    columns = [motion[name].to_numpy().reshape(t.size, -1) for name in ("x", "v", "a", "slip_velocity", "force")]
+    columns.append(orbit.variables(t)[:, 2 * columns[0].shape[1] :])
+    return [[time, *(column[i].tolist() for column in columns)] for i, time in enumerate(t.tolist())]
+
+
+def verdict(command: list[str]) -> tuple[dict, list[dict]]:
+    """What the program says: counts, and what failed."""
     run = subprocess.run(command, stdout=subprocess.PIPE, text=True)
     *lines, summary = run.stdout.splitlines() or [""]
     if run.returncode not in (0, 1) or not summary:
@@ -105,7 +180,7 @@ def add(to: dict, counts: dict) -> None:
     for key, value in counts.items():
         if isinstance(value, dict):
             add(to.setdefault(key, {}), value)
-        elif isinstance(value, list) and key != "slowest":
+        elif isinstance(value, list) and key not in ("slowest", "worst"):
             to[key] = [a + b for a, b in zip(to.get(key, [0] * len(value)), value, strict=True)]
         elif isinstance(value, int):
             to[key] = to.get(key, 0) + value

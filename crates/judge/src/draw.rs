@@ -40,6 +40,11 @@ impl Random {
         usize::try_from(self.next() >> 33).unwrap_or(0) % count
     }
 
+    /// One of these.
+    fn pick<T: Copy>(&mut self, of: &[T]) -> T {
+        of[self.one_of(of.len())]
+    }
+
     /// True so often.
     pub fn chance(&mut self, share: f64) -> bool {
         self.within(0.0, 1.0) < share
@@ -199,6 +204,9 @@ fn law(random: &mut Random, name: &str, units: Units) -> Value {
                 "upper_turn": if random.chance(0.3) { "back" } else { "down" },
             })
         }
+        "Dahl" | "LuGre" | "ElastoPlastic" | "BoucWen" | "RateState" | "Regularised" => {
+            state_law(random, name, units)
+        }
         "Rational" => {
             json!({"type": name, "break_away": low, "weakening": random.decades(-1.0, 1.5) / units.velocity})
         }
@@ -223,6 +231,101 @@ fn law(random: &mut Random, name: &str, units: Units) -> Value {
             "type": name, "break_away": high, "kinetic": low, "weakening": random.decades(-1.0, 1.5) / units.velocity,
             "square": random.within(0.0, 0.05) * units.force / (units.velocity * units.velocity),
         }),
+    }
+}
+
+/// The names of the laws with an internal state.
+pub const STATE_LAWS: [&str; 6] = [
+    "Dahl",
+    "LuGre",
+    "ElastoPlastic",
+    "BoucWen",
+    "RateState",
+    "Regularised",
+];
+
+/// A law with an internal state, from soft bristles to stiff ones, with forces, speeds and times of the units.
+fn state_law(random: &mut Random, name: &str, units: Units) -> Value {
+    let force = units.force * random.within(0.1, 1.0);
+    // The way over which the contact yields, far shorter as a rule than that of the structure.
+    let way = units.length() * random.decades(-5.0, -0.5);
+    let stiffness = force / way;
+    match name {
+        "Dahl" => json!({
+            "type": name, "stiffness": stiffness, "kinetic": force, "exponent": random.pick(&[1.0, 1.0, 2.0, 1.5, 0.5]),
+        }),
+        "BoucWen" => {
+            // Its largest displacement is the way, for A = 1.
+            let exponent = random.pick(&[1.0, 2.0, 1.5, 3.0]);
+            let (amplitude, share) = (
+                if random.chance(0.5) {
+                    1.0
+                } else {
+                    random.decades(-1.0, 1.0)
+                },
+                random.within(-0.4, 0.5),
+            );
+            let both = amplitude * way.powf(-exponent);
+            json!({
+                "type": name, "stiffness": stiffness, "beta": both * (1.0 - share), "gamma": both * share, "exponent": exponent,
+                "amplitude": amplitude,
+            })
+        }
+        "LuGre" | "ElastoPlastic" => {
+            let inertia = units.mass();
+            let break_away = above(random, force);
+            let mut document = json!({
+                "type": name, "stiffness": stiffness, "kinetic": force, "break_away": break_away,
+                "damping": if random.chance(0.2) { 0.0 } else { random.decades(-2.0, 0.3) * (stiffness * inertia).sqrt() },
+                "viscous": if random.chance(0.4) { 0.0 } else { random.within(0.0, 0.5) * units.damping() },
+                "scale": random.decades(-3.0, 0.3) * units.velocity, "exponent": random.pick(&[2.0, 2.0, 1.0, 1.5, 0.5]),
+            });
+            if name == "ElastoPlastic" {
+                document["elastic"] = json!(
+                    force * {
+                        let share = random.within(0.0, 1.0);
+                        random.pick(&[0.0, 0.9, share])
+                    }
+                );
+            }
+            document
+        }
+        "RateState" => {
+            let a = random.decades(-2.0, -0.3);
+            let velocity = units.velocity * random.decades(-3.0, 0.5);
+            let mut document = json!({
+                "type": name, "normal_force": units.force * random.within(0.5, 2.0), "a": a, "b": a * random.within(0.0, 2.5),
+                "length": units.length() * random.decades(-3.0, 0.5), "reference_velocity": velocity,
+                // How steep it is at rest, exp(μ₀/a), is what no double bears beyond some size.
+                "reference_friction": a * random.within(1.0, 25.0),
+                "law": random.pick(&["aging", "slip", "perrin-rice-zheng", "composite"]),
+            });
+            if document["law"] == "composite" {
+                document["cutoff_velocity"] = json!(velocity * random.decades(-2.0, 2.0));
+            }
+            if random.chance(0.3) {
+                document["second_b"] = json!(a * random.within(-0.5, 1.5));
+                document["second_length"] = json!(units.length() * random.decades(-3.0, 0.5));
+            }
+            document
+        }
+        _ => {
+            let smooth = [
+                "Coulomb",
+                "StaticKinetic",
+                "PiecewiseLinear",
+                "Rational",
+                "Cubic",
+                "ExponentialStribeck",
+                "Lorentzian",
+                "PoppStelter",
+            ];
+            let inner = random.pick(&smooth);
+            json!({
+                "type": name, "law": law(random, inner, units), "width": units.velocity * random.decades(-5.0, -0.5),
+                "shape": random.pick(&["arctan", "tanh"]),
+            })
+        }
     }
 }
 
@@ -399,13 +502,231 @@ fn drive(random: &mut Random, units: Units) -> Value {
     }
 }
 
+/// A law with a memory that is another's, or one that differs between the directions.
+fn composed(random: &mut Random, units: Units) -> Value {
+    let plain = [
+        "StaticKinetic",
+        "PiecewiseLinear",
+        "DwellTime",
+        "LogarithmicDwell",
+        "Tabulated",
+        "Rational",
+        "ExponentialStribeck",
+    ];
+    let side = |random: &mut Random| {
+        let name = random.pick(&plain);
+        law(random, name, units)
+    };
+    if random.chance(0.5) {
+        return json!({"type": "Asymmetric", "forward": side(random), "backward": side(random)});
+    }
+    let name = random.pick(&[
+        "PiecewiseLinear",
+        "Rational",
+        "ExponentialStribeck",
+        "Lorentzian",
+        "Cubic",
+    ]);
+    let kinetic = law(random, name, units);
+    let name = random.pick(&["DwellTime", "ForceRate", "LogarithmicDwell"]);
+    let mut at_rest = law(random, name, units);
+    // What adhesion bears must not lie below what slip begins with.
+    let nodes = kinetic["nodes"][0][1].as_f64();
+    let from = nodes
+        .or(kinetic["break_away"].as_f64())
+        .or(kinetic["static"].as_f64());
+    at_rest["kinetic"] = json!(above(random, from.unwrap_or(units.force)));
+    json!({"type": "Combined", "static": at_rest, "kinetic": kinetic})
+}
+
+/// A drive that is at once a table and several waves.
+fn busy_drive(random: &mut Random, units: Units) -> Value {
+    let mut drive = json!({"velocity": units.velocity * random.within(-1.0, 1.0)});
+    if random.chance(0.6) {
+        let mut t = 0.0;
+        let nodes: Vec<[f64; 2]> = (0..2 + random.one_of(4))
+            .map(|_| {
+                t += random.decades(-2.0, 0.9) * units.time;
+                [t, units.velocity * random.within(-1.0, 1.0)]
+            })
+            .collect();
+        drive["nodes"] = json!(nodes);
+    }
+    drive["harmonics"] = json!(waves(
+        random,
+        Units {
+            force: units.velocity,
+            ..units
+        },
+        1.0 / units.time,
+        1.0
+    ));
+    drive
+}
+
+/// What the other draws leave out: laws composed of others, busy drives and normal forces, inclines, masses that are coupled by
+/// inertia or lie decades apart, contacts and springs between any two of them, masses on no spring.
+#[must_use]
+pub fn further(seed: u64, index: u64) -> Value {
+    let mut random = Random::new(seed ^ 0x00F0_47E4, index);
+    let random = &mut random;
+    let units = units(random);
+    let n = [1, 1, 2, 3, 4][random.one_of(5)];
+    let (mut mass, mut stiffness, mut damping) = (
+        vec![vec![0.0; n]; n],
+        vec![vec![0.0; n]; n],
+        vec![vec![0.0; n]; n],
+    );
+    let apart = if random.chance(0.3) { 3.0 } else { 0.4 };
+    for i in 0..n {
+        mass[i][i] = random.decades(-apart, apart) * units.mass();
+    }
+    if n > 1 && random.chance(0.3) {
+        let coupling = random.within(-0.6, 0.6) * (mass[0][0] * mass[1][1]).sqrt();
+        (mass[0][1], mass[1][0]) = (coupling, coupling);
+    }
+    let damped = random.pick(&[0.0, 0.02, 0.5]);
+    for i in 0..n {
+        for j in 0..=i {
+            if i == j && i > 0 && random.chance(0.3) || i != j && random.chance(0.4) {
+                continue;
+            }
+            let [k, d] = [
+                random.decades(-1.0, 0.5) * units.stiffness(),
+                damped * random.within(0.0, 1.0) * units.damping(),
+            ];
+            for (matrix, value) in [(&mut stiffness, k), (&mut damping, d)] {
+                matrix[i][i] += value;
+                if i != j {
+                    matrix[j][j] += value;
+                    matrix[i][j] -= value;
+                    matrix[j][i] -= value;
+                }
+            }
+        }
+    }
+    let pressed = random.chance(0.4);
+    let mut contacts = Vec::new();
+    for i in 0..n {
+        let mut contact = json!({"mass": i});
+        if i > 0 && random.chance(0.3) {
+            contact["other"] = json!(random.one_of(i));
+            if random.chance(0.3) {
+                contact["drive_velocity"] = drive(random, units);
+            }
+        } else if i == 0 || random.chance(0.7) {
+            contact["drive_velocity"] = if random.chance(0.5) {
+                busy_drive(random, units)
+            } else {
+                drive(random, units)
+            };
+        } else {
+            continue;
+        }
+        contact["law"] = match random.one_of(4) {
+            0 if n == 1 => law(random, "TwoBranch", units),
+            0 | 1 => {
+                let name = choose(random);
+                law(random, name, units)
+            }
+            _ => composed(random, units),
+        };
+        // What a law remembers of forces has no meaning where they are scaled.
+        let law = contact["law"].to_string();
+        if pressed && !law.contains("ForceRate") && !law.contains("TwoBranch") {
+            let mut normal = normal_force(random, units);
+            if random.chance(0.4) {
+                normal["harmonics"] = json!(waves(
+                    random,
+                    Units { force: 1.0, ..units },
+                    1.0 / units.time,
+                    1.0
+                ));
+            }
+            contact["normal_force"] = normal;
+        }
+        contacts.push(contact);
+    }
+    let mut forcing = Vec::new();
+    if random.chance(0.5) {
+        // Weight along an incline.
+        forcing.push(json!({"mass": random.one_of(n), "amplitude": units.force * random.within(-1.0, 1.0), "frequency": 0.0}));
+    }
+    if random.chance(0.4) {
+        for mut wave in waves(random, units, 1.0 / units.time, 1.0) {
+            wave["mass"] = json!(random.one_of(n));
+            forcing.push(wave);
+        }
+    }
+    let mut springs = Vec::new();
+    while random.chance(0.35) {
+        let mut spring = spring(random, units);
+        let one = random.one_of(n);
+        spring["mass"] = json!(one);
+        if one > 0 && random.chance(0.4) {
+            spring["other"] = json!(random.one_of(one));
+        }
+        springs.push(spring);
+    }
+    let state = |random: &mut Random, unit: f64| -> Vec<f64> {
+        (0..n).map(|_| random.within(-1.0, 1.0) * unit).collect()
+    };
+    let x0 = if random.chance(0.2) {
+        vec![0.0; n]
+    } else {
+        state(random, units.length())
+    };
+    let v0 = if random.chance(0.4) {
+        Value::Null
+    } else {
+        json!(state(random, units.velocity))
+    };
+    json!({
+        "sys": {"mass": mass, "stiffness": stiffness, "damping": damping, "contacts": contacts, "forcing": forcing, "springs": springs},
+        "x0": x0, "v0": v0, "t_end": random.within(2.0, 15.0) * units.time * stretch(random),
+    })
+}
+
 /// One to six masses in a chain, on drives and on each other.
 #[must_use]
 pub fn system(seed: u64, index: u64) -> Value {
-    chain(seed, index, 6)
+    chain(seed, index, 6, choose)
 }
 
-fn chain(seed: u64, index: u64, most: usize) -> Value {
+/// A law that any contact may have: branches by the sense of the slip acceleration are for one mass.
+fn choose(random: &mut Random) -> &'static str {
+    loop {
+        let name = LAWS[random.one_of(LAWS.len())];
+        if name != "TwoBranch" && name != "BogaczRyczek" {
+            return name;
+        }
+    }
+}
+
+/// One to four masses under laws with an internal state; some under normal forces that vary and on springs that bend.
+#[must_use]
+pub fn state(seed: u64, index: u64) -> Value {
+    let choose = |random: &mut Random| STATE_LAWS[random.one_of(STATE_LAWS.len())];
+    let mut random = Random::new(seed ^ 0x0057_A7E5, index);
+    let random = &mut random;
+    let most = if random.chance(0.5) { 1 } else { 4 };
+    let mut case = chain(seed ^ 0x57A7, index, most, choose);
+    if random.chance(0.4) {
+        case = load(case, random);
+    }
+    let n = case["sys"]["mass"].as_array().map_or(1, Vec::len);
+    match random.one_of(4) {
+        // With the drives, where nothing slips.
+        0 => case["v0"] = Value::Null,
+        1 => case["x0"] = json!(vec![0.0; n]),
+        _ => {}
+    }
+    case["t_end"] = json!(case["t_end"].as_f64().unwrap_or(1.0) * 0.5);
+    case["tolerance"] = json!([1e-6, 1e-8, 1e-9][random.one_of(3)]);
+    case
+}
+
+fn chain(seed: u64, index: u64, most: usize, choose: fn(&mut Random) -> &'static str) -> Value {
     let mut random = Random::new(seed ^ 0xABCD_EF01, index);
     let random = &mut random;
     let units = units(random);
@@ -441,15 +762,6 @@ fn chain(seed: u64, index: u64, most: usize) -> Value {
     }
     let mut contacts = Vec::new();
     for i in 0..n {
-        let choose = |random: &mut Random| {
-            // Branches by the sense of the slip acceleration are for one mass.
-            loop {
-                let name = LAWS[random.one_of(LAWS.len())];
-                if name != "TwoBranch" && name != "BogaczRyczek" {
-                    return name;
-                }
-            }
-        };
         if i == 0 || random.chance(0.6) {
             let name = choose(random);
             contacts.push(
@@ -549,9 +861,12 @@ fn spring(random: &mut Random, units: Units) -> Value {
 /// One to three masses under normal forces that vary, and on springs that bend.
 #[must_use]
 pub fn loaded(seed: u64, index: u64) -> Value {
-    let mut case = chain(seed ^ 0x10AD, index, 3);
-    let mut random = Random::new(seed ^ 0x1357_9BDF, index);
-    let random = &mut random;
+    let case = chain(seed ^ 0x10AD, index, 3, choose);
+    load(case, &mut Random::new(seed ^ 0x1357_9BDF, index))
+}
+
+/// Normal forces that vary and springs that bend, for a chain.
+fn load(mut case: Value, random: &mut Random) -> Value {
     let size = |value: &Value| value.as_f64().unwrap_or(1.0).abs();
     let sys = &mut case["sys"];
     // The units it was drawn in, as far as they show.

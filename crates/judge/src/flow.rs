@@ -190,7 +190,7 @@ impl<'a, R: Real> Model<'a, R> {
         let mut shapes = Vec::new();
         for (c, rub) in rubs.iter().enumerate() {
             let shape = match *rub {
-                Rub::Curve(direction) => Shape::Law(direction, &problem.contacts[c].law),
+                Rub::Curve(direction) => Shape::Law(direction, problem.contacts[c].law.toward(direction)),
                 Rub::Line(direction, line) if problem.contacts[c].normal.is_some() => {
                     Shape::Line(direction, line)
                 }
@@ -597,25 +597,49 @@ impl<'a, R: Real> Model<'a, R> {
             rates[curve.at] = curve.rate(y, &rates);
         }
         let noise = 2 * self.n + 1;
-        let size = |row: &Row<R>| -> f64 {
+        // What is not known of each variable, beside the rounding of its term.
+        let mut known: Vec<f64> = (0..self.dim)
+            .map(|j| slack.get(j).copied().unwrap_or_else(|| self.floor_of(j)))
+            .collect();
+        let size = |row: &Row<R>, known: &[f64]| -> f64 {
             let terms = row.iter().map(|&(j, r)| {
-                let size = if j == noise { 1.0 } else { y[j].value().abs() };
-                let start = if j == noise {
-                    0.0
+                let [size, start] = if j == noise {
+                    [1.0, 0.0]
                 } else {
-                    slack.get(j).copied().unwrap_or_else(|| self.floor_of(j))
+                    [y[j].value().abs(), known[j]]
                 };
                 r.value().abs() * (ROUNDINGS * size + start)
             });
             terms.sum()
         };
+        // A steep curve makes more of what is not known of w, for its contact and for all that hold against it.
+        let mut of_curves = Vec::with_capacity(self.curves.len());
+        for curve in &self.curves {
+            let s = dot(&curve.along, y).value();
+            let (force, slope) = (curve.shape.force(s).abs(), curve.shape.slope(s).abs());
+            let [load, load_slack] = curve.load.as_ref().map_or([1.0, 0.0], |load| {
+                [dot(load, y).value().abs(), size(load, &known)]
+            });
+            let along = size(&curve.along, &known);
+            of_curves.push([force, slope, load, load_slack, along]);
+        }
+        for (curve, [force, slope, load, load_slack, along]) in self.curves.iter().zip(&of_curves) {
+            known[curve.at] = load * slope * along + force * load_slack;
+        }
+        let size = |row: &Row<R>| size(row, &known);
         // What rounding does to a rate: to each term of each acceleration.
         let mut sizes: Vec<f64> = self.rows.iter().map(size).collect();
-        for curve in &self.curves {
-            let moved: f64 = curve.along.iter().map(|&(j, r)| r.value().abs() * sizes[j]).sum();
-            let load = curve.load.as_ref().map_or(1.0, |load| dot(load, y).value());
-            let slope = load * curve.shape.slope(dot(&curve.along, y).value());
-            sizes[curve.at] = ROUNDINGS * rates[curve.at].value().abs() + slope.abs() * moved;
+        for (curve, [force, slope, load, load_slack, along]) in self.curves.iter().zip(&of_curves) {
+            let moved = |row: &Row<R>| row.iter().map(|&(j, r)| r.value().abs() * sizes[j]).sum::<f64>();
+            let [load_rate, load_moved] = curve
+                .load
+                .as_ref()
+                .map_or([0.0; 2], |row| [dot(row, &rates).value().abs(), moved(row)]);
+            let rate = dot(&curve.along, &rates).value().abs();
+            sizes[curve.at] = ROUNDINGS * rates[curve.at].value().abs()
+                + load * slope * moved(&curve.along)
+                + force * load_moved
+                + slope * (load_slack * rate + load_rate * along);
         }
         let rate_size = |row: &Row<R>| -> f64 {
             let terms = row.iter().filter(|&&(j, _)| j != noise);
@@ -630,7 +654,7 @@ impl<'a, R: Real> Model<'a, R> {
             ]
         };
         let second = self.slope(&rates);
-        let mut sample = Sample {
+        Sample {
             tau,
             second: self.w.iter().map(|row| dot(row, &second).value()).collect(),
             acceleration: rates[self.n..2 * self.n]
@@ -644,20 +668,6 @@ impl<'a, R: Real> Model<'a, R> {
                 .map(|normal| normal.as_ref().map_or([1.0, 0.0, 0.0, 0.0], both))
                 .collect(),
             springs: self.springs.iter().map(both).collect(),
-        };
-        for curve in &self.curves {
-            let Some(c) = curve.contact else {
-                continue;
-            };
-            // The slope of the curve leads from w to the force, and the force of the law from the normal force.
-            let [w, w_rate, w_slack, w_rate_slack] = sample.w[c];
-            let [normal, normal_rate, more, more_rate] = sample.normal[c].map(f64::abs);
-            let (force, slope) = (curve.shape.force(w).abs(), curve.shape.slope(w).abs());
-            sample.force[c][2] += normal * slope * w_slack + force * more;
-            sample.force[c][3] += normal * slope * w_rate_slack
-                + force * more_rate
-                + slope * (more * w_rate.abs() + normal_rate * w_slack);
         }
-        sample
     }
 }

@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use crate::problem::Document;
+
 /// A straight piece of friction over the slip speed u ≥ 0, from `low` to `high`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
@@ -195,28 +197,55 @@ pub struct Law {
     pub adhesion: Static,
     /// F(u).
     pub kinetic: Kinetic,
+    /// The law for w < 0 and adhesion that pulls that way, where that is another one.
+    pub backward: Option<Box<Law>>,
+}
+
+impl Document for Law {
+    fn read(document: &Value) -> Option<Self> {
+        let [adhesion, kinetic] = match document["type"].as_str()? {
+            "Asymmetric" => {
+                return Some(Self {
+                    backward: Some(Box::new(Self::read(&document["backward"])?)),
+                    ..Self::read(&document["forward"])?
+                });
+            }
+            "Combined" => ["static", "kinetic"],
+            _ => return Self::symmetric(document),
+        }
+        .map(|part| Self::read(&document[part]));
+        Some(Self {
+            adhesion: adhesion?.adhesion,
+            kinetic: kinetic?.kinetic,
+            backward: None,
+        })
+    }
 }
 
 impl Law {
-    /// From its document; none where the judge does not know the law.
-    pub fn read(document: &Value) -> Option<Self> {
+    /// A law that is alike in both directions.
+    fn symmetric(document: &Value) -> Option<Self> {
         let number = |name: &str| document[name].as_f64();
         let or = |name: &str, default: f64| document[name].as_f64().unwrap_or(default);
         let constant = |force: f64| Kinetic::Lines(Table(vec![[0.0, force]]).lines(false));
         Some(match document["type"].as_str()? {
             "Coulomb" => Self {
+                backward: None,
                 adhesion: Static::Constant(number("kinetic")?),
                 kinetic: constant(number("kinetic")?),
             },
             "StaticKinetic" => Self {
+                backward: None,
                 adhesion: Static::Constant(number("break_away")?),
                 kinetic: constant(number("kinetic")?),
             },
             "PiecewiseLinear" => Self {
+                backward: None,
                 adhesion: Static::Constant(number("break_away")?),
                 kinetic: Kinetic::Lines(Table::read(&document["nodes"])?.lines(true)),
             },
             "DwellTime" | "ForceRate" => Self {
+                backward: None,
                 adhesion: Static::Surface {
                     base: number("kinetic")?,
                     drops: [[0.0, 1.0, 1.0]; 2],
@@ -229,6 +258,7 @@ impl Law {
                 kinetic: constant(number("kinetic")?),
             },
             "LogarithmicDwell" => Self {
+                backward: None,
                 adhesion: Static::Logarithm {
                     base: number("kinetic")?,
                     growth: number("growth")?,
@@ -237,14 +267,17 @@ impl Law {
                 kinetic: constant(number("kinetic")?),
             },
             "Tabulated" => Self {
+                backward: None,
                 adhesion: Static::Table(Table::read(&document["break_away"])?),
                 kinetic: Kinetic::Lines(Table::read(&document["kinetic"])?.lines(false)),
             },
             "Rational" => Self {
+                backward: None,
                 adhesion: Static::Constant(number("break_away")?),
                 kinetic: Kinetic::Hyperbola([number("break_away")?, 0.0, number("weakening")?, 0.0]),
             },
             "PoppStelter" => Self {
+                backward: None,
                 adhesion: Static::Constant(number("break_away")?),
                 kinetic: Kinetic::Hyperbola([
                     number("break_away")?,
@@ -254,10 +287,12 @@ impl Law {
                 ]),
             },
             "Cubic" => Self {
+                backward: None,
                 adhesion: Static::Constant(number("static")?),
                 kinetic: Kinetic::Cubic([number("static")?, number("linear")?, number("cubic")?]),
             },
             "ExponentialStribeck" => Self {
+                backward: None,
                 adhesion: Static::Constant(number("break_away")?),
                 kinetic: Kinetic::Exponential([
                     number("break_away")?,
@@ -268,6 +303,7 @@ impl Law {
                 ]),
             },
             "Lorentzian" => Self {
+                backward: None,
                 adhesion: Static::Constant(number("break_away")?),
                 kinetic: Kinetic::Lorentz([
                     number("break_away")?,
@@ -285,6 +321,7 @@ impl Law {
                     Some(lines)
                 };
                 Self {
+                    backward: None,
                     adhesion: Static::Constant(number("break_away")?),
                     kinetic: Kinetic::Branches([branch("falling", -1.0)?, branch("rising", 1.0)?]),
                 }
@@ -293,6 +330,7 @@ impl Law {
                 let surface = &document["static_friction"];
                 let of = |name: &str, default: f64| surface[name].as_f64().unwrap_or(default);
                 Self {
+                    backward: None,
                     adhesion: Static::Surface {
                         base: surface["initial"].as_f64()?,
                         drops: ["", "second_"].map(|which| {
@@ -313,6 +351,14 @@ impl Law {
             }
             _ => return None,
         })
+    }
+
+    /// That of the direction of the friction on the mass.
+    pub fn toward(&self, direction: f64) -> &Self {
+        match &self.backward {
+            Some(backward) if direction < 0.0 => backward,
+            _ => self,
+        }
     }
 
     /// Whether slip needs an integrator, having no straight pieces.

@@ -8,6 +8,7 @@
 //! | [`matrix`], [`number`] | matrices, their exponential, and pairs of doubles |
 //! | [`report`] | what the engine says |
 //! | [`verdict`] | phase by phase, event by event |
+//! | [`states`] | runs under laws with an internal state, step by step |
 //! | [`draw`] | random documents that provoke |
 
 #![allow(
@@ -24,4 +25,5 @@ pub mod number;
 pub mod paper;
 pub mod problem;
 pub mod report;
+pub mod states;
 pub mod verdict;

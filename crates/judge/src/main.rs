@@ -1,8 +1,9 @@
 //! Judge random oscillators and systems, or documents from files.
 //!
-//!   stickslip-judge --oscillators N --systems N --loaded N --seed S [--first I] [--threads T] [--show K] [FILE...]
+//!   stickslip-judge --oscillators N --systems N --loaded N --states N --further N --seed S [--first I] [--threads T] [--show K] [FILE...]
 //!
-//! A file holds one document {"sys", "x0", "v0", "t_end"} or a list of them. Counts go to the standard output as one JSON
+//! With --documents 1 documents are only written, a line each. A file holds a run under laws with an internal state as another
+//! program made it, as `docs/evidence/events.py` has them, or one document {"sys", "x0", "v0", "t_end"} or a list of them. Counts go to the standard output as one JSON
 //! object, and before it each failure as a line with the document that reproduces it.
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command line")]
 
@@ -15,6 +16,7 @@ use serde_json::{Value, json};
 use stickslip_judge::draw;
 use stickslip_judge::problem::Problem;
 use stickslip_judge::report::run;
+use stickslip_judge::states;
 use stickslip_judge::verdict::{Verdict, judge};
 
 #[derive(Default)]
@@ -34,6 +36,7 @@ struct Counts {
     kinds: BTreeMap<String, u64>,
     shown: u64,
     slowest: (f64, String),
+    worst: (f64, String),
 }
 
 impl Counts {
@@ -86,12 +89,15 @@ impl Counts {
             "events": self.events, "phases": self.phases, "failures": self.failures, "grazes": self.grazes,
             "edges": self.edges, "sensitive": self.sensitive, "left": self.left, "stops": self.stops,
             "laws_and_failures": self.laws, "kinds": self.kinds, "slowest": self.slowest,
+            "worst": self.worst,
         })
     }
 }
 
 /// A document of a seed.
 type Draw = fn(u64, u64) -> Value;
+/// What is said of a document.
+type Judge = fn(&Value) -> Option<Verdict>;
 
 fn many(
     count: u64,
@@ -99,7 +105,7 @@ fn many(
     threads: u64,
     show: u64,
     label: &str,
-    draw: impl Fn(u64) -> Value + Sync,
+    (draw, judge): (impl Fn(u64) -> Value + Sync, Judge),
 ) -> Counts {
     let (next, counts) = (AtomicU64::new(first), Mutex::new(Counts::default()));
     std::thread::scope(|scope| {
@@ -118,6 +124,10 @@ fn many(
                         if seconds > counts.slowest.0 {
                             counts.slowest = (seconds, format!("{label} {index}"));
                         }
+                        let worst = verdict.as_ref().map_or(0.0, |verdict| verdict.worst);
+                        if worst > counts.worst.0 {
+                            counts.worst = (worst, format!("{label} {index}"));
+                        }
                         counts.add(&format!("{label} {index}"), &case, verdict.as_ref(), show);
                     }
                 }
@@ -132,11 +142,14 @@ fn main() -> ExitCode {
         ("oscillators", 0),
         ("systems", 0),
         ("loaded", 0),
+        ("states", 0),
+        ("further", 0),
         ("seed", 1),
         ("first", 0),
         ("threads", 1),
         ("show", 100),
         ("marks", 0),
+        ("documents", 0),
     ]);
     let mut files = Vec::new();
     let mut arguments = std::env::args().skip(1);
@@ -164,15 +177,25 @@ fn main() -> ExitCode {
         failures += counts.failures;
         summary[name] = counts.summary();
     };
-    let kinds: [(&str, &str, Draw); 3] = [
-        ("oscillators", "oscillator", draw::oscillator),
-        ("systems", "system", draw::system),
-        ("loaded", "loaded", draw::loaded),
+    let kinds: [(&str, &str, Draw, Judge); 5] = [
+        ("oscillators", "oscillator", draw::oscillator, judge),
+        ("systems", "system", draw::system, judge),
+        ("loaded", "loaded", draw::loaded, judge),
+        ("further", "further", draw::further, judge),
+        ("states", "state", draw::state, states::judge),
     ];
-    for (name, label, draw) in kinds {
-        if options[name] > 0 {
+    for (name, label, draw, judge) in kinds {
+        if options["documents"] > 0 {
+            // Only to be run elsewhere.
+            for index in first..first + options[name] {
+                println!("{}", draw(seed, index));
+            }
+        } else if options[name] > 0 {
             let draw = |index| draw(seed, index);
-            tell(name, &many(options[name], first, threads, show, label, draw));
+            tell(
+                name,
+                &many(options[name], first, threads, show, label, (draw, judge)),
+            );
         }
     }
     for file in files {
@@ -202,8 +225,20 @@ fn main() -> ExitCode {
                     );
                 }
             }
-            let verdict = judge(case);
-            counts.add(&format!("{file} {index}"), case, verdict.as_ref(), show);
+            let verdict = if case["rows"].is_null() {
+                judge(case)
+            } else {
+                states::judge_told(case)
+            };
+            let document = if case["rows"].is_null() {
+                case
+            } else {
+                &case["document"]
+            };
+            if let Some(verdict) = &verdict {
+                counts.worst = (verdict.worst.max(counts.worst.0), String::new());
+            }
+            counts.add(&format!("{file} {index}"), document, verdict.as_ref(), show);
         }
         tell(&file, &counts);
     }

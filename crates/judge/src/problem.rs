@@ -25,6 +25,15 @@ impl Wave {
         })
     }
 
+    /// 2π/Ω; of a force that does not vary 0.
+    pub fn period(&self) -> f64 {
+        if self.frequency == 0.0 {
+            0.0
+        } else {
+            std::f64::consts::TAU / self.frequency.abs()
+        }
+    }
+
     /// cos and sin of Ω t + φ.
     pub fn at(&self, time: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = angle(self.frequency, time, self.phase).sin_cos();
@@ -171,10 +180,15 @@ impl Spring {
         line + self.cubic * displacement * displacement * displacement
     }
 
+    /// dr/dξ on a piece.
+    pub fn slope(&self, piece: usize, displacement: f64) -> f64 {
+        let line = self.piece(piece).map_or(0.0, |(_, slope)| slope);
+        line + 3.0 * self.cubic * displacement * displacement
+    }
+
     /// |dr/dξ| on a piece.
     pub fn steepness(&self, piece: usize, displacement: f64) -> f64 {
-        let line = self.piece(piece).map_or(0.0, |(_, slope)| slope);
-        (line + 3.0 * self.cubic * displacement * displacement).abs()
+        self.slope(piece, displacement).abs()
     }
 
     /// ξ.
@@ -187,9 +201,15 @@ fn index(value: &Value) -> Option<usize> {
     usize::try_from(value.as_u64()?).ok()
 }
 
+/// What is read from a document.
+pub trait Document: Sized {
+    /// It; none where the judge does not know it.
+    fn read(document: &Value) -> Option<Self>;
+}
+
 /// A contact.
 #[derive(Clone, Debug)]
-pub struct Contact {
+pub struct Contact<L = Law> {
     /// The mass friction acts on.
     pub mass: usize,
     /// The mass it acts on the other way.
@@ -197,19 +217,19 @@ pub struct Contact {
     /// s(t).
     pub drive: Drive,
     /// F and f_s.
-    pub law: Law,
+    pub law: L,
     /// What both are multiplied with, if it varies.
     pub normal: Option<Normal>,
 }
 
-impl Contact {
+impl<L: Document> Contact<L> {
     fn read(value: &Value) -> Option<Self> {
         let normal = &value["normal_force"];
         Some(Self {
             mass: index(&value["mass"]).unwrap_or(0),
             other: index(&value["other"]),
             drive: Drive::read(&value["drive_velocity"])?,
-            law: Law::read(&value["law"])?,
+            law: L::read(&value["law"])?,
             normal: if normal.is_null() {
                 None
             } else {
@@ -221,7 +241,7 @@ impl Contact {
 
 /// M ẍ + D ẋ + K x + springs = Σ b_c F_c + forces, and a start.
 #[derive(Clone, Debug)]
-pub struct Problem {
+pub struct Problem<L = Law> {
     /// Masses.
     pub n: usize,
     /// M, K, D row by row.
@@ -231,7 +251,7 @@ pub struct Problem {
     /// D.
     pub damping: Vec<f64>,
     /// Contacts.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<Contact<L>>,
     /// Springs that bend.
     pub springs: Vec<Spring>,
     /// Forces on masses.
@@ -244,7 +264,28 @@ pub struct Problem {
     pub t_end: f64,
 }
 
-impl Problem {
+impl<L: Document> Problem<L> {
+    /// The velocities at the start where none are given: each mass moves with the drive that it touches, itself or through
+    /// others.
+    pub fn driven(&self) -> Vec<f64> {
+        let mut v = vec![None; self.n];
+        for _ in 0..self.n {
+            for contact in &self.contacts {
+                let s = contact.drive.value([0.0; 2]);
+                let known = |v: &[Option<f64>], mass: Option<usize>| mass.map_or(Some(0.0), |mass| v[mass]);
+                if v[contact.mass].is_none() {
+                    v[contact.mass] = known(&v, contact.other).map(|v| v + s);
+                }
+                if let Some(other) = contact.other
+                    && v[other].is_none()
+                {
+                    v[other] = v[contact.mass].map(|v| v - s);
+                }
+            }
+        }
+        v.into_iter().map(|v| v.unwrap_or(0.0)).collect()
+    }
+
     /// From {"sys": oscillator or system, "x0", "v0", "t_end"}; none where the judge does not understand it.
     pub fn read(case: &Value) -> Option<Self> {
         let document = &case["sys"];

@@ -43,6 +43,8 @@ pub struct Verdict {
     pub sensitive: u64,
     /// Phases that would be too much work, or whose reactions are not determined.
     pub left: u64,
+    /// The largest share of its tolerance that anything is off, where steps are judged.
+    pub worst: f64,
     /// Why the run ended.
     pub stop: String,
     /// The engine's sentence, where it refused the document.
@@ -169,18 +171,17 @@ impl<'a> Judge<'a> {
             self.find("no start", 0.0, f64::NAN, 0.0);
             return self.verdict;
         };
-        let drive = self.problem.contacts[0].drive.value([0.0; 2]);
-        let v0 = self
-            .problem
-            .v0
-            .clone()
-            .unwrap_or_else(|| vec![drive; self.problem.n]);
+        let given = self.problem.v0.clone();
+        let v0 = given.unwrap_or_else(|| self.problem.driven());
         let start = [self.problem.x0.clone(), v0].concat();
         for (index, (got, wanted)) in first.state.iter().zip(&start).enumerate() {
             let tolerance = if index < self.problem.n || self.problem.v0.is_some() {
                 0.0
             } else {
-                ROUNDINGS * wanted.abs()
+                ROUNDINGS
+                    * start[self.problem.n..]
+                        .iter()
+                        .fold(0.0, |most: f64, v| most.max(v.abs()))
             };
             self.find(
                 "start is not the start given",
@@ -265,7 +266,10 @@ impl<'a> Judge<'a> {
                 })
             };
             let friction: f64 = rubs
-                .map(|contact| pressed(contact) * contact.law.adhesion.force(0.0, 0.0))
+                .map(|contact| {
+                    let either = [-1.0, 1.0].map(|side| contact.law.toward(side).adhesion.force(0.0, 0.0));
+                    pressed(contact) * either[0].max(either[1])
+                })
                 .sum();
             let waves = problem
                 .forces
@@ -301,6 +305,17 @@ impl<'a> Judge<'a> {
         }
         for contact in &self.problem.contacts {
             self.size[1] = self.size[1].max(contact.drive.value(mark.time).abs());
+        }
+    }
+
+    /// What follows a phase has the rounding of how far and fast it went on the way.
+    fn swing<R: Real>(&mut self, phase: &Phase<R>) {
+        let n = self.problem.n;
+        for index in 0..phase.samples() {
+            for (i, value) in phase.state(index).iter().take(2 * n).enumerate() {
+                let size = &mut self.size[usize::from(i >= n)];
+                *size = size.max(value.value().abs());
+            }
         }
     }
 
@@ -345,7 +360,8 @@ impl<'a> Judge<'a> {
         let mut stuck = mark.clone();
         stuck.state[1] = self.problem.contacts[c].drive.value(mark.time);
         let rate = self.held(c, &stuck).map_or(f64::NAN, |held| held.force[c][1]);
-        self.problem.contacts[c].law.adhesion.force(0.0, rate.abs())
+        let law = self.problem.contacts[c].law.toward(self.modes[c].direction());
+        law.adhesion.force(0.0, rate.abs())
     }
 
     /// w of contact c, as reported.
@@ -357,7 +373,7 @@ impl<'a> Judge<'a> {
 
     /// Slip from zero speed in a direction, adhesion having broken at a force.
     fn leave(&mut self, c: usize, direction: f64, force: f64) -> Mode {
-        match &self.problem.contacts[c].law.kinetic {
+        match &self.problem.contacts[c].law.toward(direction).kinetic {
             Kinetic::Lines(lines) => Mode::Line(direction, lines[0]),
             Kinetic::Branches(branches) => Mode::Line(direction, branches[1][0]),
             Kinetic::Paper(paper) => Mode::Line(direction, paper.leave(force, &mut self.memories[c])),
@@ -383,7 +399,8 @@ impl<'a> Judge<'a> {
             } else if reported == 0.0 {
                 Mode::Stick(mark.time)
             } else {
-                let limit = self.problem.contacts[c].law.adhesion.force(0.0, 0.0);
+                let law = self.problem.contacts[c].law.toward(reported);
+                let limit = law.adhesion.force(0.0, 0.0);
                 self.leave(c, reported, limit)
             };
             self.modes.push(mode);
@@ -460,7 +477,7 @@ impl<'a> Judge<'a> {
             0.0,
         );
         let (u, balance) = (w.abs(), direction * force);
-        self.modes[c] = match &contact.law.kinetic {
+        self.modes[c] = match &contact.law.toward(direction).kinetic {
             Kinetic::Lines(lines) => {
                 let line = piece_at(lines, u, true);
                 Mode::Line(direction, piece_at(lines, u, balance >= line.force(u)))
@@ -510,10 +527,12 @@ impl<'a> Judge<'a> {
         bends.retain(|&bend| bend > time[0] && bend < until[0]);
         for c in 0..self.modes.len() {
             if let Mode::Stick(since) = self.modes[c] {
-                let kinks = self.problem.contacts[c].law.adhesion.kinks();
+                let law = &self.problem.contacts[c].law;
+                let sides = [-1.0, 1.0].map(|side| law.toward(side).adhesion.kinks());
                 bends.extend(
-                    kinks
+                    sides
                         .iter()
+                        .flatten()
                         .map(|kink| since[0] + kink)
                         .filter(|&at| at > time[0] && at < until[0]),
                 );
@@ -534,6 +553,7 @@ impl<'a> Judge<'a> {
             }
             let phase = Phase::new(model, length, 24, self.thorough)?;
             self.watch(time, &phase)?;
+            self.swing(&phase);
             let sample = phase.end();
             for (slack, more) in slack.iter_mut().zip(&phase.slack[0]) {
                 *slack += more;

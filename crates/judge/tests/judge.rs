@@ -213,6 +213,7 @@ fn clean(count: u64, draw: impl Fn(u64) -> Value) {
     for index in 0..count {
         let case = draw(index);
         let verdict = judge(&case).unwrap_or_else(|| panic!("the judge does not understand {case}"));
+        assert!(verdict.refused.is_none(), "{:?} of {case}", verdict.refused);
         assert!(verdict.findings.is_empty(), "{:?} in {case}", verdict.findings);
         events += verdict.events;
         left += verdict.left;
@@ -242,6 +243,11 @@ fn a_sample_of_random_oscillators_is_right() {
 #[test]
 fn a_sample_of_random_systems_is_right() {
     clean(60, |index| draw::system(2, index));
+}
+
+#[test]
+fn a_sample_of_what_the_others_leave_out_is_right() {
+    clean(80, |index| draw::further(2, index));
 }
 
 #[test]

@@ -202,6 +202,9 @@ pub(crate) fn borne_step(
 /// A guard that starts below zero by so many times its rounding has been passed: something else happened that changed it.
 pub(crate) const PASSED: f64 = 1e6;
 
+/// A guard that hardly moves, and lies below zero by so many times its rounding, came there unseen.
+const LEFT_BEHIND: f64 = 4.0;
+
 /// As a part of the reach of a polynomial, how far before and after a root its certificate looks.
 pub(crate) const CERTIFIED: f64 = 1e-9;
 /// How much of what rounding is to a search it may be to an evaluation of the whole polynomial.
@@ -243,8 +246,9 @@ fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &
     }
     let (mut armed, mut left) = (0, false);
     if series[0] <= rounding {
-        // A guard that stays within rounding of zero throughout says nothing: two bodies that move on together.
-        if swing_bound(&series, reach) <= rounding {
+        // A guard that stays within rounding of zero throughout says nothing: two bodies that move on together. One that came
+        // below it so slowly that no step showed it has been passed.
+        if series[0] >= -LEFT_BEHIND * rounding && swing_bound(&series, reach) <= rounding {
             return None;
         }
         // Where it is led by a higher power, as under a force at its crest, that one says where it goes.

@@ -258,6 +258,12 @@ impl<'a, R: Real> Phase<'a, R> {
             .read(self.times[index], &self.states[index], &self.slack[1])
     }
 
+    /// The variables at one of the sample times, x and ẋ first.
+    #[must_use]
+    pub fn state(&self, index: usize) -> &[R] {
+        &self.states[index]
+    }
+
     /// One of the sample times.
     #[must_use]
     pub fn time(&self, index: usize) -> f64 {

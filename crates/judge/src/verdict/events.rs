@@ -90,7 +90,9 @@ impl Judge<'_> {
                             rate_slack + ROUNDINGS * rate.abs(),
                         );
                     }
-                    let slack = ROUNDINGS * rest + f64::EPSILON * t;
+                    // The phase of a force is known to a rounding of its turn, and with it the time.
+                    let turns = self.problem.forces.iter().map(|(_, wave)| wave.period());
+                    let slack = ROUNDINGS * rest + f64::EPSILON * turns.fold(t, f64::max);
                     self.find(
                         "stick time reported at the release",
                         t,
@@ -101,7 +103,8 @@ impl Judge<'_> {
                     // What slip begins with must not be known less well than the state it begins at.
                     let known = (alone && !bends).then(|| self.held(c, after)).flatten();
                     let rate = known.map_or(rate, |held| held.force[c][1]);
-                    let limit = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
+                    let law = self.problem.contacts[c].law.toward(direction);
+                    let limit = law.adhesion.force(rest, rate.abs());
                     self.modes[c] = self.leave(c, direction, limit);
                 }
                 (Kind::Parting, Mode::Stick(_) | Mode::Line(..) | Mode::Curve(_))
@@ -152,7 +155,7 @@ impl Judge<'_> {
                 }
                 (Kind::Node, Mode::Line(direction, line)) => {
                     let u = direction * w;
-                    if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.kinetic {
+                    if let Kinetic::Paper(paper) = &self.problem.contacts[c].law.toward(direction).kinetic {
                         // A steep line may be shorter than rounding: the sense tells which of its ends is ahead.
                         let high = if line.sense == 0.0 {
                             (line.high - u).abs() < (line.low - u).abs()
@@ -166,7 +169,7 @@ impl Judge<'_> {
                         self.modes[c] = Mode::Line(direction, next);
                         continue;
                     }
-                    let lines: Vec<Line> = match &self.problem.contacts[c].law.kinetic {
+                    let lines: Vec<Line> = match &self.problem.contacts[c].law.toward(direction).kinetic {
                         Kinetic::Lines(lines) => lines.clone(),
                         Kinetic::Branches(branches) => branches[usize::from(line.sense > 0.0)].clone(),
                         _ => Vec::new(),
@@ -212,7 +215,9 @@ impl Judge<'_> {
                     };
                 }
                 (Kind::Reversal, Mode::Hold(direction, u)) => {
-                    if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
+                    if let Kinetic::Branches([falling, rising]) =
+                        &self.problem.contacts[c].law.toward(direction).kinetic
+                    {
                         // A hold that ended when it began had no phase of its own.
                         let Some(held) = self.held(c, after) else {
                             continue;
@@ -225,10 +230,13 @@ impl Judge<'_> {
                         } else {
                             (down, falling)
                         };
+                        // Where a drive changes its acceleration the reaction jumps, and it may jump over a branch.
+                        let between = down.force(u) < force && force < up.force(u);
+                        let off = if bends && !between { 0.0 } else { below.min(above) };
                         self.find(
                             "reaction at the end of a hold",
                             t,
-                            below.min(above),
+                            off,
                             more + ROUNDINGS * force.abs() + spread(branch, u, w_slack) + self.entry_force(c),
                         );
                         self.modes[c] = Mode::Line(direction, next);
@@ -300,7 +308,7 @@ impl Judge<'_> {
             return mode;
         };
         let u = direction * self.slip_velocity(c, after);
-        let next = match &self.problem.contacts[c].law.kinetic {
+        let next = match &self.problem.contacts[c].law.toward(direction).kinetic {
             Kinetic::Paper(paper) => {
                 let rising = line.sense < 0.0 || line.sense == 0.0 && direction * sample.second[c] > 0.0;
                 paper.turn(&line, u, rising, self.top(c, after), &self.memories[c])

@@ -2,16 +2,17 @@
 
 use super::{Guard, Judge, Mode};
 use crate::flow::{Phase, ROUNDINGS, Sample};
-use crate::law::{Kinetic, piece_at, spread};
+use crate::law::{Kinetic, Static, piece_at, spread};
 use crate::number::Real;
 
 impl Judge<'_> {
     /// What adhesion bears after a rest, and its slack.
     pub(super) fn limit(&self, c: usize, rest: f64, sample: &Sample) -> [f64; 2] {
-        let [_, rate, _, rate_slack] = sample.force[c];
+        let [force, rate, _, rate_slack] = sample.force[c];
         let [normal, _, normal_slack, _] = sample.normal[c];
-        let of_law = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
-        let slack = self.limit_slack(c, rest, rate, rate_slack);
+        let adhesion = &self.problem.contacts[c].law.toward(force).adhesion;
+        let of_law = adhesion.force(rest, rate.abs());
+        let slack = Self::limit_slack(adhesion, rest, rate, rate_slack);
         let normal = normal.max(0.0);
         [normal * of_law, normal * slack + normal_slack * of_law]
     }
@@ -19,7 +20,8 @@ impl Judge<'_> {
     /// How fast the force moves away from the limit of adhesion.
     pub(super) fn margin_rate(&self, c: usize, rest: f64, sample: &Sample) -> f64 {
         let [force, rate, ..] = sample.force[c];
-        let of_law = self.problem.contacts[c].law.adhesion.force(rest, rate.abs());
+        let law = self.problem.contacts[c].law.toward(force);
+        let of_law = law.adhesion.force(rest, rate.abs());
         sample.normal[c][1] * of_law - rate * force.signum()
     }
 
@@ -42,8 +44,7 @@ impl Judge<'_> {
     }
 
     /// What a rate within its slack does to what adhesion bears.
-    fn limit_slack(&self, c: usize, rest: f64, rate: f64, slack: f64) -> f64 {
-        let adhesion = &self.problem.contacts[c].law.adhesion;
+    fn limit_slack(adhesion: &Static, rest: f64, rate: f64, slack: f64) -> f64 {
         let at = |rate: f64| adhesion.force(rest, rate.abs());
         let moved = if adhesion.feels_rate() {
             (at(rate + slack) - at(rate))
@@ -127,7 +128,9 @@ impl Judge<'_> {
                     );
                 }
                 Mode::Hold(direction, u) => {
-                    if let Kinetic::Branches([falling, rising]) = &self.problem.contacts[c].law.kinetic {
+                    if let Kinetic::Branches([falling, rising]) =
+                        &self.problem.contacts[c].law.toward(direction).kinetic
+                    {
                         let (down, up) = (piece_at(falling, u, false), piece_at(rising, u, true));
                         let more = slack + rate.abs() * blur + self.entry_force(c);
                         guard(

@@ -108,26 +108,34 @@ impl ContactProblem<'_> {
         let (load, left) = self.loads(directions);
         let sizes = self.zero.iter().map(|&c| self.required[c].abs());
         let size = sizes.fold(0.0, f64::max);
+        // In a loop a load is what the others leave of it: it has the rounding of theirs.
+        let limits = self.limit.iter().flatten().copied();
+        let largest = limits.filter(|limit| limit.is_finite()).fold(0.0, f64::max);
         let mut worst = None;
         let mut most = 1.0 + ROOM;
         for row in (0..directions.len()).filter(|&row| directions[row] == 0.0) {
+            let limit = toward(self.limit[row], load[row]);
+            let rounding = if self.frame.loops && limit > 0.0 {
+                ROOM * largest / limit
+            } else {
+                ROOM
+            };
             let unheld = left[row].abs() > 1e-9 * size || self.follows(directions, row) == Some(false);
             // A contact at its limit beside one that breaks breaks too.
             let room = if self.returned == Some(row) {
-                let held =
-                    toward(self.limit[row], load[row]) * self.frame.coupling(self.zero[row], self.zero[row]);
+                let held = limit * self.frame.coupling(self.zero[row], self.zero[row]);
                 1.0 + RELIEVED.max(self.still / held)
             } else if self.released.is_some() {
-                1.0 - ROOM
+                1.0 - rounding
             } else {
-                1.0 + ROOM
+                1.0 + rounding
             };
             let share = if unheld {
                 f64::INFINITY
             } else if load[row] == 0.0 {
                 0.0
             } else {
-                load[row].abs() / toward(self.limit[row], load[row]) / room
+                load[row].abs() / limit / room
             };
             if share * (1.0 + ROOM) > most {
                 most = share * (1.0 + ROOM);

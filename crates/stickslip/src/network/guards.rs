@@ -3,7 +3,7 @@
 use super::break_away::end_of_adhesion;
 use super::{Loop, ROUNDING, STILL};
 use crate::law::End;
-use crate::series::{derivative, first_root};
+use crate::series::{derivative, first_root, swing_bound};
 
 /// What ends a mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,13 +117,17 @@ impl Loop<'_> {
         for (s, spring) in self.frame.springs.iter().enumerate() {
             let (piece, along) = (self.motion.pieces[s], &self.motion.displacement[s]);
             let [low, high] = spring.ends(piece);
+            let ends = [Some(spring.mass), spring.other].into_iter().flatten();
+            let far = ends.map(|i| self.x[i].abs()).sum::<f64>() + swing_bound(along, reach);
             for (end, sign, next) in [(low, 1.0, piece.wrapping_sub(1)), (high, -1.0, piece + 1)] {
                 if !end.is_finite() {
                     continue;
                 }
                 let mut guard = along.map(|term| sign * term);
                 guard[0] -= sign * end;
-                let rounding = rounding / self.frame.rate + ROUNDING * end.abs();
+                // No more than where the masses are: speeds of stiff springs would lead further at the rate of the linear ones.
+                let size = rounding / self.frame.rate;
+                let rounding = size.min(ROUNDING * far) + ROUNDING * end.abs();
                 if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
                     && (h < reach || found.is_none())
                 {
