@@ -118,7 +118,7 @@ impl Batch {
         });
         let mut runs: Vec<_> = runs.collect::<Result<_, Error>>()?;
         let mut tallies: Vec<_> = runs.iter().map(|_| self.tally(go_on)).collect();
-        let on_event: OnEvent = &mut |index, event| {
+        let on_event: OnEvent = &mut |index, event, _| {
             if event.t >= self.after {
                 tallies[index].event(event);
             }

@@ -89,8 +89,11 @@ pub(crate) fn root_of_quintic(left: [f64; 3], right: [f64; 3], d: f64) -> f64 {
     .get(0)
 }
 
-/// Whoever is told of the events, each with the number of its motion.
-pub type OnEvent<'a> = &'a mut dyn FnMut(usize, &Event);
+/// Whoever is told of the events, each with the number of its motion and the mode that follows.
+pub type OnEvent<'a> = &'a mut dyn FnMut(usize, &Event, &Segment);
+
+/// So many events of a run are kept until it is looked at.
+const KEPT: u64 = 1024;
 
 /// Bring every motion that fits to the last begin of a mode before its end, as long as `go_on` says so; the others stay.
 pub fn forward(
@@ -115,20 +118,11 @@ pub(crate) fn forward_all(
     go_on: &mut dyn FnMut() -> bool,
     on_event: Option<OnEvent>,
 ) -> Tally {
-    let mut runners: Vec<Runner> = Vec::with_capacity(runs.len());
-    let mut indices = Vec::with_capacity(runs.len());
-    for (index, (run, t_end)) in runs.iter().enumerate() {
-        if let Running::Closed(engine) = run
-            && fits(engine.oscillator())
-        {
-            runners.push(engine.runner(*t_end));
-            indices.push(index);
-        }
-    }
+    let (mut runners, indices) = runners_of(runs, fits);
     let width = Width::for_lanes(runners.len());
     let mut tally = match on_event {
         Some(on_event) => {
-            let on_event: OnEvent = &mut |index, event| on_event(indices[index], event);
+            let on_event: OnEvent = &mut |index, event, segment| on_event(indices[index], event, segment);
             forward(&mut runners, width, go_on, Some(on_event))
         }
         None => forward(&mut runners, width, go_on, None),
@@ -136,10 +130,49 @@ pub(crate) fn forward_all(
     tally.others += (runs.len() - indices.len()) as u64;
     for (runner, index) in runners.iter().zip(indices) {
         if let Running::Closed(engine) = &mut runs[index].0 {
-            engine.take(runner);
+            engine.take(runner, Vec::new());
         }
     }
     tally
+}
+
+/// The same where they will be looked at: each shows what it passed, or the first of it, when it goes on. Those stay that do
+/// not have these bits when they go alone.
+pub(crate) fn forward_seen(runs: &mut [(Running, f64)], go_on: &mut dyn FnMut() -> bool) {
+    let (mut runners, indices) = runners_of(runs, Alone::takes);
+    let mut open: Vec<Segment> = Vec::with_capacity(runners.len());
+    for runner in &mut runners {
+        runner.max_events = runner.max_events.min(KEPT);
+        let HybridState { clock, mode, .. } = &runner.hybrid;
+        open.push(Segment::new(*clock, runner.x, runner.v, mode));
+    }
+    let mut passed = vec![Vec::new(); runners.len()];
+    let on_event: OnEvent = &mut |index, event, segment| {
+        let before = std::mem::replace(&mut open[index], *segment);
+        passed[index].push((before, *event));
+    };
+    let width = Width::for_lanes(runners.len());
+    forward(&mut runners, width, go_on, Some(on_event));
+    for ((runner, passed), index) in runners.iter().zip(passed).zip(indices) {
+        if let Running::Closed(engine) = &mut runs[index].0 {
+            engine.take(runner, passed);
+        }
+    }
+}
+
+/// The runs of the oscillators that a rule takes, and their numbers.
+fn runners_of<'a>(
+    runs: &[(Running<'a>, f64)],
+    takes: fn(&Oscillator) -> bool,
+) -> (Vec<Runner<'a>>, Vec<usize>) {
+    let runners = runs
+        .iter()
+        .enumerate()
+        .filter_map(|(index, (run, t_end))| match run {
+            Running::Closed(engine) if takes(engine.oscillator()) => Some((engine.runner(*t_end), index)),
+            _ => None,
+        });
+    runners.unzip()
 }
 
 /// Motions that wait for a lane.
@@ -151,20 +184,17 @@ struct Going<'a, 'b, 'c> {
     tally: Tally,
 }
 
-/// Passes the events of one motion on.
-struct Heard<'a, 'b> {
-    index: usize,
+/// Keeps the event that one motion comes to.
+struct Heard<'a> {
+    event: Option<Event>,
     go_on: &'a mut dyn FnMut() -> bool,
-    on_event: Option<&'a mut OnEvent<'b>>,
 }
 
-impl Record for Heard<'_, '_> {
+impl Record for Heard<'_> {
     fn segment(&mut self, _: Segment) {}
 
     fn event(&mut self, event: Event) {
-        if let Some(on_event) = &mut self.on_event {
-            on_event(self.index, &event);
-        }
+        self.event = Some(event);
     }
 
     fn go_on(&mut self) -> bool {
@@ -215,13 +245,15 @@ impl Going<'_, '_, '_> {
     fn other(&mut self, index: usize, constants: &Constants, state: &State<f64>) -> Option<State<f64>> {
         let runner = &self.runners[index];
         let (x, v, hybrid) = constants.hybrid(state);
-        let record = &mut Heard {
-            index,
+        let mut heard = Heard {
+            event: None,
             go_on: self.go_on,
-            on_event: self.on_event.as_mut(),
         };
-        let (x, v, hybrid) = next_event(runner.oscillator, (x, v), hybrid, runner.t_end, record)?;
+        let (x, v, hybrid) = next_event(runner.oscillator, (x, v), hybrid, runner.t_end, &mut heard)?;
         self.tally.handed += 1;
+        if let (Some(on_event), Some(event)) = (&mut self.on_event, heard.event) {
+            on_event(index, &event, &Segment::new(hybrid.clock, x, v, &hybrid.mode));
+        }
         let after = constants.state((x, v), &hybrid, runner.t_end, runner.max_events);
         Some(State {
             events: state.events + 1.0,
@@ -385,9 +417,18 @@ pub(crate) struct Alone {
 }
 
 impl Alone {
-    /// Of a forced oscillator that goes in lanes; without a force the engine of single motions is faster.
+    /// The constants of a forced oscillator that goes in lanes; without a force the engine of single motions is faster.
+    fn constants(oscillator: &Oscillator) -> Option<Constants> {
+        Constants::of(oscillator).filter(|constants| constants.column.force > 0.0)
+    }
+
+    fn takes(oscillator: &Oscillator) -> bool {
+        Self::constants(oscillator).is_some()
+    }
+
+    /// Of an oscillator that it takes.
     pub(crate) fn of(oscillator: &Oscillator) -> Option<Box<Self>> {
-        let constants = Constants::of(oscillator).filter(|constants| constants.column.force > 0.0)?;
+        let constants = Self::constants(oscillator)?;
         let start = HybridState {
             clock: Clock::default(),
             mode: Mode::Stick,
@@ -465,8 +506,9 @@ impl Going<'_, '_, '_> {
             let clock = constants.clock(state.periods.get(i), state.t.get(i));
             let [force, stick_time, force_rate] = passed.event;
             let event = [force.get(i), stick_time.get(i), force_rate.get(i)];
-            let sticks = state.stuck.get(i) == 1.0;
-            on_event(*index, &constants.event(clock, state.x.get(i), sticks, event));
+            let (x, sticks) = (state.x.get(i), state.stuck.get(i) == 1.0);
+            let segment = constants.segment(clock, x, sticks, state.direction.get(i));
+            on_event(*index, &constants.event(clock, x, sticks, event), &segment);
         }
     }
 }

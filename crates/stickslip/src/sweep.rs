@@ -11,7 +11,7 @@ use serde::Deserialize;
 use crate::engine::{Engine, Reached};
 use crate::error::{Error, positive, wrong};
 use crate::event::Work;
-use crate::lanes::forward_all;
+use crate::lanes::{forward_all, forward_seen};
 use crate::mode::Kind;
 use crate::model::{Model, Start};
 use crate::observer::{Course, Observer};
@@ -132,8 +132,8 @@ impl Sweep {
         steady_of(&model, &mut model.run(&start, look.max_events)?, look, go_on)
     }
 
-    /// The runs of a range of rows, each from `begin` unless the row says otherwise. Their transients go in SIMD lanes where that is
-    /// possible (see [`crate::lanes`]).
+    /// The runs of a range of rows, each from `begin` unless the row says otherwise, up to the end of their windows in SIMD
+    /// lanes where that is possible (see [`crate::lanes`]).
     ///
     /// # Errors
     /// The first row whose values make no sense.
@@ -163,6 +163,12 @@ impl Sweep {
                 })
                 .collect::<Result<_, Error>>()?;
             forward_all(&mut runs, go_on, None);
+            if self.look.early == 0.0 {
+                for ((model, _), (_, end)) in models.iter().zip(&mut runs) {
+                    *end = (self.look.transient + self.look.window) * model.period();
+                }
+                forward_seen(&mut runs, go_on);
+            }
             for (((model, _), (engine, _)), index) in models.iter().zip(&mut runs).zip(block) {
                 let row = steady_of(model, engine, &self.look, go_on);
                 rows.push(row.map_err(|error| self.rows.error(index, &error))?);

@@ -62,7 +62,7 @@ fn all_forward(runs: &[(Oscillator, Run)], width: Width) -> (Vec<Runner<'_>>, Ve
         .map(|(one, run)| Runner::new(one, *run, None))
         .collect();
     let mut events = vec![Vec::new(); runs.len()];
-    let on_event: OnEvent = &mut |index, event| events[index].push(*event);
+    let on_event: OnEvent = &mut |index, event, _| events[index].push(*event);
     let tally = forward(&mut runners, width, &mut || true, Some(on_event));
     assert_eq!((tally.lanes, tally.others), (runs.len() as u64, 0));
     assert_eq!(

@@ -24,6 +24,8 @@ pub struct Closed<'a> {
     events: u64,
     /// Events that count for the next call.
     ahead: u64,
+    /// Modes that were passed and their events, for the next call to show.
+    passed: Vec<(Segment, Event)>,
     end: Reached,
 }
 
@@ -37,6 +39,7 @@ impl<'a> Closed<'a> {
             hybrid,
             events: 0,
             ahead: 0,
+            passed: Vec::new(),
             end: Reached::default(),
         }
     }
@@ -47,12 +50,18 @@ impl<'a> Closed<'a> {
 
     /// The motion as one that may go in a lane, to its last mode before `t_end`.
     pub(crate) fn runner(&self, t_end: f64) -> Runner<'a> {
-        let run = Run { t_end, ..self.run };
+        let max_events = self.run.max_events - self.ahead;
+        let run = Run {
+            t_end,
+            max_events,
+            ..self.run
+        };
         Runner::new(self.oscillator, run, self.hybrid)
     }
 
-    /// Take over from where it went there; the next call goes on from there.
-    pub(crate) fn take(&mut self, runner: &Runner) {
+    /// Take over from where it went there; the next call shows what `passed` and goes on from there.
+    pub(crate) fn take(&mut self, runner: &Runner, passed: Vec<(Segment, Event)>) {
+        self.passed = passed;
         if runner.events > 0 {
             (self.run.x0, self.run.v0, self.hybrid) = (runner.x, Some(runner.v), Some(runner.hybrid));
             self.events += runner.events;
@@ -87,6 +96,10 @@ impl<'a> Closed<'a> {
             hybrid: None,
             observer,
         };
+        for (segment, event) in std::mem::take(&mut self.passed) {
+            follower.segment(segment);
+            follower.event(event);
+        }
         let run = Run {
             t_end,
             max_events: self.run.max_events - std::mem::take(&mut self.ahead),

@@ -10,7 +10,7 @@ use crate::event::Start;
 use crate::harmonic::Harmonic;
 use crate::law::{Friction, Hold, Memory, Piece};
 use crate::mode::{Kind, Mode};
-use crate::orbit::Event;
+use crate::orbit::{Event, Segment};
 use crate::oscillator::Oscillator;
 use crate::restart::HybridState;
 
@@ -369,6 +369,26 @@ impl Constants {
             force,
             stick_time,
             force_rate,
+        }
+    }
+
+    /// The mode after an event at a position: adhesion, or slip in a direction.
+    #[inline(always)]
+    pub(super) fn segment(&self, clock: Clock, x: f64, sticks: bool, direction: f64) -> Segment {
+        let Piece {
+            offset,
+            slope,
+            branch,
+            ..
+        } = if sticks { Piece::constant(0.0) } else { self.piece };
+        Segment {
+            clock,
+            x,
+            v: self.column.drive,
+            direction: if sticks { 0.0 } else { direction },
+            offset,
+            slope,
+            branch,
         }
     }
 
