@@ -134,7 +134,7 @@ impl Masses {
     fn regular<'py>(&self, py: Python<'py>, y: PyReadonlyArray1<'py, f64>) -> PyResult<[Array<'py, f64>; 3]> {
         let y = y.as_slice()?;
         let (scales, shares) = self.0.regular_scales(y);
-        Ok([self.0.regular(y), scales, shares].map(|values| values.into_pyarray(py)))
+        Ok([self.0.regular(y.to_vec()), scales, shares].map(|values| values.into_pyarray(py)))
     }
 
     /// d/dt of them.

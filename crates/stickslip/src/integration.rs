@@ -109,7 +109,7 @@ impl Integration {
         }
         let (scales, shares) = system.regular_scales(&y);
         let least = LEAST * tolerance * system.scales(&y)[system.masses()];
-        let y = system.regular(&y);
+        let y = system.regular(y);
         Ok(Self {
             scales,
             shares,

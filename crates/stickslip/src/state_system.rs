@@ -124,11 +124,11 @@ impl StateSystem {
     /// The variables in which rest is no steep place: y with u(w, z) of the law in place of each slip velocity w that is one
     /// of its variables, where the law is steep at rest.
     #[must_use]
-    pub fn regular(&self, y: &[f64]) -> Vec<f64> {
-        let mut regular = y.to_vec();
+    pub fn regular(&self, y: Vec<f64>) -> Vec<f64> {
+        let mut regular = y;
         for Steep { contact, slip, state } in &self.steep {
             let law = &self.system.contacts[*contact].law;
-            regular[*slip] = law.slip_variable(y[*slip], &y[state.clone()]);
+            regular[*slip] = law.slip_variable(regular[*slip], &regular[state.clone()]);
         }
         regular
     }

@@ -187,7 +187,8 @@ def integrate(
             break
     if len(pieces[0].t) < 2:
         raise InputError(
-            f"integrate: {attempts[-1][0]} could not take its first step: take another method or tolerance, or check the units"
+            f"integrate: {attempts[-1][0]} could not take its first step: take another method or tolerance, or "
+            "check the units"
         )
     solution = _joined(pieces, attempt)
     last, stop = float(solution.ts[-1]), {0: "t_end", 1: "max_seconds"}.get(pieces[-1].status, "solver")
