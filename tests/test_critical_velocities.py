@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 from dataclasses import replace
@@ -15,6 +16,7 @@ from scipy.optimize import brentq
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.dynamics.continuation.arclength import Family, axis, corrected
+from stickslip.dynamics.continuation.branch import Branch
 from stickslip.dynamics.critical import critical
 from stickslip.dynamics.critical.vanishing import vanishing
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
@@ -243,10 +245,32 @@ def test_a_search_says_how_far_it_is():
     )
     assert list(dict.fromkeys(what for what, _, _ in said)) == ["runs", "cycles", "confirmation"]
     for stage in ("runs", "cycles", "confirmation"):
-        counts = [(done, n) for what, done, n in said if what == stage]
+        counts = list(dict.fromkeys((done, n) for what, done, n in said if what == stage))
         assert [done for done, _ in counts] == sorted({done for done, _ in counts})
         assert counts[0][0] == 0
         assert counts[-1] == (counts[0][1], counts[0][1])
+
+
+def test_a_search_says_that_it_goes_on_before_each_run_and_each_point(monkeypatch):
+    module = importlib.import_module("stickslip.dynamics.critical.critical")
+    silent, most, add = {"runs": 0, "points": 0}, {"runs": 0, "points": 0}, Branch.add
+
+    def counted(kind, of):
+        def call(*given, **options):
+            silent[kind] += 1
+            most[kind] = max(most[kind], silent[kind])
+            return of(*given, **options)
+
+        return call
+
+    monkeypatch.setattr(module, "shown", counted("runs", module.shown))
+    monkeypatch.setattr(Branch, "add", counted("points", add))
+    law = ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0)
+    ss.critical_velocities(
+        ss.Oscillator(0.0, 0.3, law), (0.1, 0.8), progress=lambda *_: silent.update(runs=0, points=0)
+    )
+    assert most["runs"] == 1
+    assert 0 < most["points"] <= 3
 
 
 def test_a_search_ends_after_max_seconds_with_what_it_has_confirmed(monkeypatch):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -292,3 +294,65 @@ def test_the_command_line_says_why_a_branch_ends_within_the_bounds(doubling_slid
         "1.9",
     ]
     assert sum(line.startswith("flip") for line in lines) == 1
+
+
+#: Friction falls beside w = 1, rises beside that and falls again to w = 0: a small and a large cycle on a drive of 1.
+NESTED = ss.laws.PiecewiseLinear(
+    [(0.0, 1.0), (0.2, 0.95), (0.7, 0.65), (0.9, 0.75), (1.1, 0.71), (1.3, 0.81), (1.8, 0.56), (3.0, 0.5)], 1.0
+)
+
+
+def ends_of(nodes, v, t_end=400.0):
+    """Least and greatest x over the last quarter of ẍ + x = F(1 − ẋ), |F| <= 1 at w = 0, by small steps in time."""
+    speeds, forces = np.array(nodes).T
+    x, h, xs = float(np.interp(1.0, speeds, forces)), 2e-3, []
+    for step in range(int(t_end / h)):
+        w = 1.0 - v
+        force = np.sign(w) * np.interp(abs(w), speeds, forces) if abs(w) > 2e-3 else np.clip(x, -1.0, 1.0)
+        stuck = abs(w) <= 2e-3 and abs(x) <= 1.0
+        v = 1.0 if stuck else v + h * (force - x)
+        x += h * v
+        if step * h > 0.75 * t_end:
+            xs.append(x)
+    return min(xs), max(xs)
+
+
+def test_starts_find_a_stable_cycle_beside_that_from_rest():
+    belt = ss.Oscillator(0.0, 1.0, NESTED)
+    alone = ss.continuation(belt, "damping", (0.0, 0.05), seeds=1, starts=0)
+    both = ss.continuation(belt, "damping", (0.0, 0.05), seeds=1)
+    assert [branch.kind for branch in alone.branches] == ["steady_slip", "cycle"]
+    assert [branch.kind for branch in both.branches] == ["steady_slip", "cycle", "cycle"]
+    assert all(branch.sticks[0] == large for branch, large in zip(both.branches[1:], (True, False), strict=True))
+    assert both.others == ()
+    # Both are motions of small steps in time, from small and from large speeds.
+    for branch, v in zip(both.branches[1:], (-1.0, 0.2), strict=True):
+        here = branch.values.index(0.0)
+        assert branch.stable[here]
+        np.testing.assert_allclose((branch.x_min[here], branch.x_max[here]), ends_of(NESTED.nodes, v), atol=0.01)
+
+
+def test_a_motion_that_starts_end_in_and_no_branch_has_is_said(monkeypatch, tmp_path, capsys):
+    module = importlib.import_module("stickslip.dynamics.continuation.branches")
+
+    def refused(*_given, **_options):
+        raise ss.InputError("no return")
+
+    monkeypatch.setattr(module, "event_cycle", refused)
+    belt = ss.Oscillator(0.0, 1.0, NESTED)
+    found = ss.continuation(belt, "damping", (0.0, 0.05), seeds=1)
+    assert len(found.branches) == 2
+    other = found.others[0]
+    assert (other.regime, other.repeats, other.value) == ("almost_harmonic", True, 0.0)
+    assert repr(found).endswith("motions on no branch: 2>")
+    assert found.facts()["motions on no branch"] == ["almost_harmonic at 0", "almost_harmonic at 0.025"]
+    file = tmp_path / "belt.toml"
+    nodes = ", ".join(f"[{w}, {f}]" for w, f in NESTED.nodes)
+    file.write_text(
+        "mass = 1.0\nstiffness = 1.0\ndamping = 0.0\ndrive_velocity = 1.0\n"
+        f'[law]\ntype = "PiecewiseLinear"\nbreak_away = 1.0\nnodes = [{nodes}]\n'
+    )
+    assert main(["continue", str(file), "--over", "damping=0:0.05"]) == 0
+    assert "other almost harmonic" in capsys.readouterr().out
+    assert main(["continue", str(file), "--over", "damping=0:0.05", "--starts", "0"]) == 0
+    assert "on no branch" not in capsys.readouterr().out

@@ -126,6 +126,14 @@ def test_forced_slip_without_events_is_found_where_it_attracts_and_where_it_repe
         normal_force=ss.NormalForce(constant=np.sign(stiffness), position=position) if position else None,
     )
     place = kinetic / abs(stiffness)
+    if position:
+        # A saddle: what starts at rest or apart leaves it.
+        with pytest.raises(
+            ss.InputError, match=r"bodies of contact 0 part .*: the motion from rest .*give a guess \(x, v\)"
+        ):
+            ss.periodic_orbit(system)
+        with pytest.raises(ss.InputError, match="the run from the guess has no two returns: it leaves the orbit"):
+            ss.periodic_orbit(system, (place + 0.3, 0.0))
     cycle = ss.periodic_orbit(system, (place, 0.0))
     known = np.exp(np.roots([1.0, damping, stiffness]) * 2 * np.pi / frequency)
     found = sorted(cycle.multipliers, key=lambda one: (one.real, one.imag))
@@ -138,5 +146,7 @@ def test_forced_slip_without_events_is_found_where_it_attracts_and_where_it_repe
     if position == 0.0:
         # Another law has another line of friction.
         slower = replace(system, law=ss.laws.Coulomb(0.7))
+        with pytest.raises(ss.InputError, match="without events nothing passes a change of the law on"):
+            ss.continuation(system, "law.kinetic", (0.7, 0.9), guess=cycle, seeds=0)
         assert ss.periodic_orbit(slower, cycle).orbit.at(0.0)[0] == pytest.approx(x - 0.1, abs=1e-9)
         assert ss.periodic_orbit(slower, cycle).multipliers == pytest.approx(cycle.multipliers)

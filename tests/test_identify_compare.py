@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 import shlex
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import stats
 
 import stickslip as ss
 from stickslip.cli.main import main
@@ -260,3 +262,61 @@ def test_a_gaussian_fall_is_found_with_its_break_away_and_preferred_to_a_bristle
     for name, row in found.best.parameters.iterrows():
         assert row["low"] <= getattr(law, name) <= row["high"], name
     assert any("exponent = 2" in note for note in found.best.notes)
+
+
+def verdicts(ratios, numbers):
+    """What `ranked` says of two laws, the second with errors larger by `ratios` in the records: names, verdicts, behind."""
+    rng = np.random.default_rng(3)
+    first = [rng.standard_normal(400) for _ in ratios]
+    second = [ratio * errors for ratio, errors in zip(ratios, first, strict=True)]
+    found = {
+        name: SimpleNamespace(parameters=range(count), offset=None)
+        for name, count in zip(("A", "B"), numbers, strict=True)
+    }
+    errors = {"A": [(one, np.zeros(0)) for one in first], "B": [(one, np.zeros(0)) for one in second]}
+    table, chosen, said = comparison.ranked(found, errors, whole=True)
+    # The same by hand: sums of squares, and the jackknife over the records with Student's t.
+    sums = np.array([[np.sum(one**2) for one in part] for part in (first, second)])
+    behind = 0.5 * np.log(sums[1].sum() / sums[0].sum())
+    left = 0.5 * np.log((sums[1].sum() - sums[1]) / (sums[0].sum() - sums[0]))
+    n = len(ratios)
+    error = np.sqrt((n - 1) / n * np.sum((left - left.mean()) ** 2))
+    low, high = behind + np.array([-1, 1]) * stats.t.ppf(0.975, n - 1) * error
+    if behind > 0:
+        assert table.loc["B", "behind"] == pytest.approx(behind, rel=1e-12)
+        assert table.loc["B", "error"] == pytest.approx(error, rel=1e-9, abs=1e-12)
+    return chosen, table["verdict"].to_dict(), said, (low, behind, high)
+
+
+def spread(behind, scatter=0.9, count=6):
+    """Ratios of errors in records that lie `behind` on the whole, and so far apart that they could as well be none."""
+    apart = np.exp(scatter * np.linspace(-1, 1, count))
+    rng = np.random.default_rng(3)
+    sums = np.array([np.sum(rng.standard_normal(400) ** 2) for _ in range(count)])
+    return np.exp(behind) * apart / np.sqrt(np.sum(sums * apart**2) / np.sum(sums))
+
+
+def test_a_law_of_more_numbers_is_as_good_worse_or_not_to_be_told_by_the_interval_of_its_difference():
+    chosen, verdict, said, (_, _, high) = verdicts(spread(0.02, 0.05), (2, 3))
+    assert (chosen, verdict) == ("A", {"A": "best", "B": "as good"})
+    assert high < comparison.CLOSE
+    assert "cannot decide between A and B" in said[0]
+    chosen, verdict, said, (low, _, _) = verdicts(np.full(6, 1.2), (2, 3))
+    assert (chosen, verdict) == ("A", {"A": "best", "B": "worse"})
+    assert low > 0
+    assert "the error of B, the next, is 20 % larger" in said[0]
+    chosen, verdict, said, (low, behind, high) = verdicts(spread(0.2), (2, 3))
+    assert (chosen, verdict) == ("A", {"A": "best", "B": "cannot tell"})
+    assert low < 0 < behind < high
+    assert high > comparison.CLOSE
+    assert "B (error 22.1 % above the least); more records would tell" in said[-1]
+
+
+@pytest.mark.parametrize(("behind", "chosen"), [(0.38, "B"), (0.42, "A")])
+def test_a_law_of_fewer_numbers_is_not_chosen_where_its_error_is_half_as_much_again(behind, chosen):
+    # In both cases the interval holds 0 and more than a tenth: only the number itself tells them apart.
+    name, verdict, _, (low, found, high) = verdicts(spread(behind), (3, 2))
+    assert found == pytest.approx(behind, rel=1e-12)
+    assert low < 0 < comparison.CLOSE < high
+    assert name == chosen
+    assert verdict == ({"B": "best", "A": "as good"} if chosen == "B" else {"A": "best", "B": "cannot tell"})

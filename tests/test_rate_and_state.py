@@ -30,6 +30,85 @@ def law_of(form, **numbers):
     return replace(ROCK, law=form, **({"cutoff_velocity": 1e-7} if form == "composite" else {}), **numbers)
 
 
+def evolution(law, w, psi):
+    """ψ̇ with V₀ = 1, from θ̇."""
+    if law.law == "slip":
+        return -w * (np.log(max(w, 1e-300)) + psi) / law.length
+    share = 2 if law.law == "perrin-rice-zheng" else 1
+    theta = np.exp(psi) * share * law.length
+    return RATES[law.law](w, theta, law.length) / theta
+
+
+def in_turns(law, s, d, start, t_end):
+    """x, ẋ, ψ of ẍ + d ẋ + x = F with V₀ = N = 1, where w > 0 throughout: times and values, in turns at rest and in slip.
+
+    At rest, w < 1e-12, friction bears the load, which tells w; in slip it is 0.6 + a ln w + b ψ, with ln w as the variable.
+    """
+    low = np.log(1e-12)
+
+    def creep(x, psi):
+        return (x + d * s - 0.6 - law.b * psi) / law.a
+
+    def at_rest(_, y):
+        w = np.exp(min(creep(*y), 5.0))
+        return [s - w, evolution(law, w, y[1])]
+
+    def in_slip(_, y):
+        x, log, psi = y
+        w = np.exp(min(log, 5.0))
+        return [s - w, (d * (s - w) + x - 0.6 - law.a * log - law.b * psi) / w, evolution(law, w, psi)]
+
+    leaves, stops = (lambda _, y: creep(*y) - low), (lambda _, y: y[1] - low)
+    leaves.terminal = stops.terminal = True
+    leaves.direction, stops.direction = 1, -1
+    t, (x, w, psi), times, rows = 0.0, start, [], []
+    while t < t_end:
+        rests = w < 2e-12
+        y = [x, psi] if rests else [x, np.log(w), psi]
+        run = solve_ivp(
+            at_rest if rests else in_slip,
+            (t, t_end),
+            y,
+            "LSODA",
+            events=leaves if rests else stops,
+            rtol=1e-11,
+            atol=1e-12,
+        )
+        assert run.status >= 0, run.message
+        x, psi = run.y[0, -1], run.y[-1, -1]
+        w, before = (1e-12 * 3 if rests else 1e-12), t
+        t = run.t[-1]
+        times.append(run.t)
+        rows.append([run.y[0], s - np.exp(creep(*run.y) if rests else run.y[1]), run.y[-1]])
+        assert t > before
+    return np.concatenate(times), np.concatenate(rows, axis=1)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("v0", [None, 0.0], ids=["from rest", "from slip"])
+@pytest.mark.parametrize(
+    ("a", "b", "length"), [(0.01, 0.015, 1.0), (0.01, 0.0, 1.0), (0.005, 0.01, 0.1), (0.0005, 0.001, 0.1)]
+)
+def test_a_mass_leaves_rest_and_comes_to_rest(form, v0, a, b, length):
+    # Friction grows at rest by exp(μ₀/a), 1e26 to 1e521, times the slip velocity.
+    law = ss.laws.RateState(1.0, a, b, length, 1.0, law=form)
+    orbit = ss.simulate(ss.Oscillator(0.05, 0.2, law), 12.0, v0=v0)
+    assert orbit.stop == "t_end"
+    t, known = in_turns(law, 0.2, 0.05, (0.0, *((0.0, 0.0) if v0 is None else (0.2, law.steady_state(0.2)))), 12.0)
+    np.testing.assert_allclose(orbit.at(t), known[:2], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(orbit.state(t), known[2], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-11])
+def test_rest_is_reached_with_any_tolerance_and_from_either_side(tolerance):
+    for form in FORMS:
+        for v0 in (-1.0, 0.0, 0.5):
+            law = ss.laws.RateState(1.0, 0.01, 0.015, 1.0, 1.0, law=form)
+            orbit = ss.integrate(ss.Oscillator(0.05, 0.2, law), 50.0, v0=v0, tolerance=tolerance)
+            assert orbit.stop == "t_end"
+            assert orbit.work.evaluations < 60_000
+
+
 def linear(law, speed, mass, stiffness):
     """δ(x, w, ψ₁, ψ₂)' of steady slip on a spring: m δẇ = k δx − δF, δψ̇ᵢ = −(V/Lᵢ) (δψᵢ + δw/V)."""
     rows = [[0.0, -1.0, 0.0, 0.0], [stiffness, -law.a / speed, -law.b, -law.second_b]]

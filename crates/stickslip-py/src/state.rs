@@ -124,6 +124,44 @@ impl Masses {
         Ok(slopes.into_pyarray(py))
     }
 
+    /// Whether the motion is integrated in other variables.
+    #[getter]
+    fn is_steep(&self) -> bool {
+        self.0.is_steep()
+    }
+
+    /// The variables of the integration, what counts as small in each, and which part of each does besides.
+    fn regular<'py>(&self, py: Python<'py>, y: PyReadonlyArray1<'py, f64>) -> PyResult<[Array<'py, f64>; 3]> {
+        let y = y.as_slice()?;
+        let (scales, shares) = self.0.regular_scales(y);
+        Ok([self.0.regular(y.to_vec()), scales, shares].map(|values| values.into_pyarray(py)))
+    }
+
+    /// d/dt of them.
+    fn regular_rates<'py>(
+        &self,
+        py: Python<'py>,
+        t: f64,
+        regular: PyReadonlyArray1<'py, f64>,
+        least: f64,
+    ) -> PyResult<Array<'py, f64>> {
+        Ok(self
+            .0
+            .regular_rates(t, regular.as_slice()?, least)
+            .into_pyarray(py))
+    }
+
+    /// The variables from those of the integration, row after row.
+    fn natural<'py>(
+        &self,
+        py: Python<'py>,
+        regular: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Array<'py, f64>> {
+        let rows = regular.as_slice()?.chunks_exact(self.0.width());
+        let natural: Vec<f64> = rows.flat_map(|row| self.0.natural(row)).collect();
+        Ok(natural.into_pyarray(py))
+    }
+
     /// Velocities and accelerations mass by mass; slip velocities, forces, slip accelerations contact by contact; at times.
     fn states<'py>(
         &self,

@@ -123,7 +123,7 @@ impl Start {
             };
             let mut orbit = Integration::new(system, y, TOLERANCE).map_err(sentence)?;
             let stop = orbit.advance(self.t_end, 0.0, &mut go_on);
-            let end = orbit.last().to_vec();
+            let end = orbit.last();
             return Ok((Orbit::Integrated(orbit, stop), end));
         }
         let run = Run {

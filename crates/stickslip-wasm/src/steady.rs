@@ -162,5 +162,5 @@ fn integrated(
     let mut engine = integration.of_contact(look.contact);
     let surface = look.surface.unwrap_or(surface);
     let row = steady(&mut engine, period, &surface, look, go_on).map_err(sentence)?;
-    Ok((row, engine.last().to_vec()))
+    Ok((row, engine.last()))
 }

@@ -17,6 +17,8 @@ pub const CREEP: f64 = 1e-2;
 const STICKS: f64 = 0.01;
 /// A contact that slips slower than this part of the fastest mass rests.
 const RESTS: f64 = 1e-6;
+/// The part of the tolerance within which a slip velocity is at rest.
+const LEAST: f64 = 0.01;
 /// So many steps pass between two questions whether to go on.
 const ASKED: usize = 100;
 /// Steps shorter than this part of the time lead nowhere.
@@ -77,10 +79,14 @@ const DRIFT: [f64; 6] = [0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0];
 pub struct Integration {
     system: StateSystem,
     scales: Vec<f64>,
+    /// The part of each variable itself that counts with its scale.
+    shares: Vec<f64>,
+    /// The slip velocity below which nothing slips.
+    least: f64,
     tolerance: f64,
     /// Times of the steps that are kept.
     t: Vec<f64>,
-    /// The variables there, row after row, and their slopes.
+    /// The variables there, those of [`StateSystem::regular`], row after row, and their slopes.
     y: Vec<f64>,
     slopes: Vec<f64>,
     /// The length of the next step.
@@ -101,10 +107,15 @@ impl Integration {
         for &value in &y {
             finite("start", value)?;
         }
+        let (scales, shares) = system.regular_scales(&y);
+        let least = LEAST * tolerance * system.scales(&y)[system.masses()];
+        let y = system.regular(y);
         Ok(Self {
-            scales: system.scales(&y),
+            scales,
+            shares,
+            least,
             t: vec![0.0],
-            slopes: system.rates(0.0, &y),
+            slopes: system.regular_rates(0.0, &y, least),
             y,
             h: 1e-3 * system.period(),
             steps: 0,
@@ -147,7 +158,7 @@ impl Integration {
                     return stop;
                 }
                 let now = if h == left { t_end } else { t + h };
-                let slope = self.system.rates(now, &y);
+                let slope = self.system.regular_rates(now, &y, self.least);
                 if now <= after {
                     self.t.clear();
                     self.y.clear();
@@ -170,7 +181,7 @@ impl Integration {
         let (system, width) = (&self.system, self.system.width());
         let y = &self.y[self.y.len() - width..];
         let slope = &self.slopes[self.slopes.len() - width..];
-        let (mut matrix, drift) = system.jacobian(t, y, slope, &self.scales);
+        let (mut matrix, drift) = system.jacobian(t, y, slope, &self.scales, self.least);
         for entry in &mut matrix {
             *entry = -*entry;
         }
@@ -195,7 +206,7 @@ impl Integration {
             let mut right = if stage == 0 {
                 slope.to_vec()
             } else {
-                system.rates(t + TIME[stage] * h, &at)
+                system.regular_rates(t + TIME[stage] * h, &at, self.least)
             };
             add(&mut right, h * DRIFT[stage], &drift);
             for (k, factor) in stages.iter().zip(C[stage]) {
@@ -206,9 +217,10 @@ impl Integration {
         }
         let missed = &stages[5];
         add(&mut at, 1.0, missed);
-        let each = missed.iter().zip(&self.scales).zip(y.iter().zip(&at));
-        let squares = each.map(|((missed, scale), (y, at))| {
-            let may = self.tolerance * (scale + y.abs().max(at.abs()));
+        let scales = self.scales.iter().zip(&self.shares);
+        let each = missed.iter().zip(scales).zip(y.iter().zip(&at));
+        let squares = each.map(|((missed, (scale, share)), (y, at))| {
+            let may = self.tolerance * (scale + share * y.abs().max(at.abs()));
             (missed / may) * (missed / may)
         });
         let error = (squares.sum::<f64>() / width as f64).sqrt();
@@ -238,8 +250,8 @@ impl Integration {
 
     /// The variables at the end.
     #[must_use]
-    pub fn last(&self) -> &[f64] {
-        &self.y[self.y.len() - self.system.width()..]
+    pub fn last(&self) -> Vec<f64> {
+        self.system.natural(&self.y[self.y.len() - self.system.width()..])
     }
 
     /// The variables at a time, those of the nearest end outside of what is known.
@@ -249,7 +261,7 @@ impl Integration {
         let row = |values: &[f64], i: usize| values[i * width..][..width].to_vec();
         let next = self.t.partition_point(|&begun| begun <= t);
         if next == 0 || next == self.t.len() {
-            return row(&self.y, next.max(1) - 1);
+            return self.system.natural(&row(&self.y, next.max(1) - 1));
         }
         let h = self.t[next] - self.t[next - 1];
         let s = (t - self.t[next - 1]) / h;
@@ -264,7 +276,7 @@ impl Integration {
             let (a, b) = (h * from_slope[i] - rise, rise - h * to_slope[i]);
             y[i] += s * (rise + (1.0 - s) * ((1.0 - s) * a + s * b));
         }
-        y
+        self.system.natural(&y)
     }
 
     /// The motion of the contact's mass at the steps that are kept.
@@ -277,7 +289,7 @@ impl Integration {
         };
         let mut fastest: f64 = 0.0;
         for (&t, y) in self.t.iter().zip(self.y.chunks_exact(width)) {
-            let motion = self.system.motion(t, y);
+            let motion = self.system.motion(t, &self.system.natural(y));
             fastest = motion.v.iter().fold(fastest, |most, v| most.max(v.abs()));
             columns.x.push(y[mass]);
             columns.v.push(motion.v[mass]);
@@ -489,6 +501,33 @@ mod tests {
         );
         // From that of steady slip at 0.2.
         assert!((known[2] + 0.2_f64.ln()).abs() > 0.01, "{known:?}");
+    }
+
+    #[test]
+    fn rate_and_state_friction_is_left_and_reached_at_rest() {
+        let law = RateState::example();
+        // At rest the drive alone moves the mass: x = s t, and friction bears the spring and the damper.
+        let rest = integrated(law.clone(), 1e-9, &[0.5]);
+        let y = rest.variables(0.5);
+        assert!((y[0] - 0.4).abs() < 1e-8, "{y:?}");
+        let force = rest.system().motion(0.5, &y).force[0];
+        assert!((force - (0.4 + 0.05 * 0.2)).abs() < 1e-6, "{force}");
+        assert!(y[1] > 0.0 && y[1] < 1e-7, "{y:?}");
+        // Break-away at about 0.6 + b ln(1 + t), and rest again after a start in slip.
+        for (a, tolerance) in [
+            (0.03, 1e-6),
+            (0.01, 1e-6),
+            (0.01, 1e-8),
+            (0.003, 1e-6),
+            (0.001, 1e-6),
+        ] {
+            let law = RateState { a, ..law.clone() };
+            let slid = started(law, 0.0, Some(0.0), tolerance, &[1.0, 30.0]);
+            let early = slid.variables(1.0);
+            assert!(early[1].abs() < 1e-5, "{early:?}");
+            let late = (0..30).map(|t| slid.variables(f64::from(t))[1]);
+            assert!(late.fold(0.0, f64::max) > 0.1);
+        }
     }
 
     #[test]

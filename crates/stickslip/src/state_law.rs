@@ -70,6 +70,26 @@ pub trait StateFriction: Limited {
         }
     }
 
+    /// Whether friction is so steep in w at rest that an integrator takes another variable u(w, z) in its place.
+    fn is_steep(&self) -> bool {
+        false
+    }
+
+    /// The variable u, of size 1 where the law is steep; else w itself.
+    fn slip_variable(&self, w: f64, _z: &[f64]) -> f64 {
+        w
+    }
+
+    /// Slip velocity and friction force at `u` and `z`; dz/dt goes to `rates`.
+    fn at_slip_variable(&self, u: f64, z: &[f64], rates: &mut [f64]) -> [f64; 2] {
+        [u, self.rates(u, z, rates)]
+    }
+
+    /// ∂u/∂w, no more than `most`, and what du/dt is besides where the state changes by `rates`.
+    fn slip_variable_slopes(&self, _u: f64, _z: &[f64], _rates: &[f64], _most: f64) -> [f64; 2] {
+        [1.0, 0.0]
+    }
+
     /// A bound of |∂ż/∂z| at slip velocity `w`, for [`StateFriction::advance`].
     fn pace(&self, _w: f64) -> f64 {
         0.0
@@ -132,6 +152,14 @@ macro_rules! laws {
             fn steady(&self, w: f64, z: &mut [f64]) { match self { $(Self::$name(law) => law.steady(w, z)),+ } }
             fn state_scale(&self, speed: f64, scale: &mut [f64]) {
                 match self { $(Self::$name(law) => law.state_scale(speed, scale)),+ }
+            }
+            fn is_steep(&self) -> bool { match self { $(Self::$name(law) => law.is_steep()),+ } }
+            fn slip_variable(&self, w: f64, z: &[f64]) -> f64 { match self { $(Self::$name(law) => law.slip_variable(w, z)),+ } }
+            fn at_slip_variable(&self, u: f64, z: &[f64], rates: &mut [f64]) -> [f64; 2] {
+                match self { $(Self::$name(law) => law.at_slip_variable(u, z, rates)),+ }
+            }
+            fn slip_variable_slopes(&self, u: f64, z: &[f64], rates: &[f64], most: f64) -> [f64; 2] {
+                match self { $(Self::$name(law) => law.slip_variable_slopes(u, z, rates, most)),+ }
             }
             fn pace(&self, w: f64) -> f64 { match self { $(Self::$name(law) => law.pace(w)),+ } }
             fn advance(&self, w: f64, z: &mut [f64], time: f64) { match self { $(Self::$name(law) => law.advance(w, z, time)),+ } }

@@ -1,6 +1,7 @@
 //! Masses under laws with an internal state: the right-hand side that an integrator asks for.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use crate::clock::Clock;
 use crate::error::Error;
@@ -25,6 +26,16 @@ pub struct StateSystem {
     links: Vec<Link>,
     /// How many numbers the states are.
     states: usize,
+    steep: Vec<Steep>,
+}
+
+/// A slip velocity that is a variable, under a law that is steep at rest.
+#[derive(Clone, Debug)]
+struct Steep {
+    contact: usize,
+    /// Where its slip velocity is among the variables, and where its state is.
+    slip: usize,
+    state: Range<usize>,
 }
 
 /// One velocity variable, and the mass whose velocity follows from it and from those before.
@@ -65,11 +76,13 @@ impl StateSystem {
     /// Never: a system whose mass matrix has no inverse makes no sense.
     pub fn new(system: System<StateLaw>) -> Result<Self, Error> {
         system.validate()?;
+        let links = links(&system);
         Ok(Self {
             inverse: Matrix::from_rows(&system.mass)
                 .inverse()
                 .expect("a validated mass matrix"),
-            links: links(&system),
+            steep: steep(&system, &links),
+            links,
             states: system.contacts.iter().map(|contact| contact.law.states()).sum(),
             system,
         })
@@ -102,40 +115,118 @@ impl StateSystem {
         (x.iter().copied().chain(q).collect(), w)
     }
 
+    /// Whether an integration is in other variables: [`StateSystem::regular`].
+    #[must_use]
+    pub fn is_steep(&self) -> bool {
+        !self.steep.is_empty()
+    }
+
+    /// The variables in which rest is no steep place: y with u(w, z) of the law in place of each slip velocity w that is one
+    /// of its variables, where the law is steep at rest.
+    #[must_use]
+    pub fn regular(&self, y: Vec<f64>) -> Vec<f64> {
+        let mut regular = y;
+        for Steep { contact, slip, state } in &self.steep {
+            let law = &self.system.contacts[*contact].law;
+            regular[*slip] = law.slip_variable(regular[*slip], &regular[state.clone()]);
+        }
+        regular
+    }
+
+    /// The variables y from those of [`StateSystem::regular`].
+    #[must_use]
+    pub fn natural(&self, regular: &[f64]) -> Vec<f64> {
+        let mut y = regular.to_vec();
+        let mut rates = vec![0.0; self.states];
+        for Steep { contact, slip, state } in &self.steep {
+            let (law, rates) = (&self.system.contacts[*contact].law, &mut rates[..state.len()]);
+            [y[*slip], _] = law.at_slip_variable(regular[*slip], &regular[state.clone()], rates);
+        }
+        y
+    }
+
+    /// The time derivative of the variables of [`StateSystem::regular`].
+    ///
+    /// From slip to rest u goes through all its values while w falls by next to nothing, in less time than a clock can tell.
+    /// Within `least` of rest du/dw is held at 1/`least`: a velocity is wrong by some `least` once it has come to rest, and
+    /// u, w and friction at rest, where they follow the load, are not.
+    #[must_use]
+    pub fn regular_rates(&self, t: f64, regular: &[f64], least: f64) -> Vec<f64> {
+        if !self.is_steep() {
+            return self.rates(t, regular);
+        }
+        let motion = self.motion_on(&self.drives(t), t, &self.natural(regular), Some(regular));
+        let mut rates = self.rates_of(&motion);
+        for Steep { contact, slip, state } in &self.steep {
+            let law = &self.system.contacts[*contact].law;
+            let (z, changes) = (&regular[state.clone()], &rates[state.clone()]);
+            let [slope, more] = law.slip_variable_slopes(regular[*slip], z, changes, least.recip());
+            rates[*slip] = slope * motion.slip_acceleration[*contact] + more;
+        }
+        rates
+    }
+
+    /// What counts as small in the variables of [`StateSystem::regular`], and which part of each variable does besides it:
+    /// 1 or, of a variable that is a logarithm, none.
+    #[must_use]
+    pub fn regular_scales(&self, y: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (mut scales, mut shares) = (self.scales(y), vec![1.0; y.len()]);
+        for Steep { slip, .. } in &self.steep {
+            (scales[*slip], shares[*slip]) = (1.0, 0.0);
+        }
+        (scales, shares)
+    }
+
     /// The time derivative of the variables `y`.
     #[must_use]
     pub fn rates(&self, t: f64, y: &[f64]) -> Vec<f64> {
-        let drives = self.drives(t);
+        self.rates_of(&self.motion(t, y))
+    }
+
+    fn rates_of(&self, motion: &Motion) -> Vec<f64> {
         let Motion {
             v,
             a,
             slip_acceleration,
             rate,
             ..
-        } = self.motion_on(&drives, t, y);
+        } = motion;
         let q = self.links.iter().map(|link| match *link {
             Link::Mass(mass) => a[mass],
             Link::Forward(c) | Link::Backward(c) => slip_acceleration[c],
         });
-        v.iter().copied().chain(q).chain(rate).collect()
+        v.iter().copied().chain(q).chain(rate.iter().copied()).collect()
     }
 
-    /// ∂/∂y of the time derivative, row after row, and ∂/∂t of it, by differences; `slope` is the time derivative itself.
+    /// ∂/∂y of the time derivative of the variables `y` of [`StateSystem::regular`], row after row, and ∂/∂t of it, by
+    /// differences; `slope` is the time derivative itself, and `least` as there.
     #[must_use]
-    pub fn jacobian(&self, t: f64, y: &[f64], slope: &[f64], scales: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    pub fn jacobian(
+        &self,
+        t: f64,
+        y: &[f64],
+        slope: &[f64],
+        scales: &[f64],
+        least: f64,
+    ) -> (Vec<f64>, Vec<f64>) {
         let n = y.len();
         let mut matrix = vec![0.0; n * n];
         let mut moved = y.to_vec();
         for j in 0..n {
             moved[j] += DIFFERENCE * y[j].abs().max(scales[j]);
             let by = moved[j] - y[j];
-            for (i, (there, here)) in self.rates(t, &moved).into_iter().zip(slope).enumerate() {
+            for (i, (there, here)) in self
+                .regular_rates(t, &moved, least)
+                .into_iter()
+                .zip(slope)
+                .enumerate()
+            {
                 matrix[i * n + j] = (there - here) / by;
             }
             moved[j] = y[j];
         }
         let by = DIFFERENCE * t.max(self.period());
-        let later = self.rates(t + by, y).into_iter().zip(slope);
+        let later = self.regular_rates(t + by, y, least).into_iter().zip(slope);
         (matrix, later.map(|(there, here)| (there - here) / by).collect())
     }
 
@@ -213,10 +304,11 @@ impl StateSystem {
     /// What follows from the variables `y` at `t`.
     #[must_use]
     pub fn motion(&self, t: f64, y: &[f64]) -> Motion {
-        self.motion_on(&self.drives(t), t, y)
+        self.motion_on(&self.drives(t), t, y, None)
     }
 
-    fn motion_on(&self, drives: &[[f64; 2]], t: f64, y: &[f64]) -> Motion {
+    /// With the variables of [`StateSystem::regular`] friction is told by them: at rest w may be too small for a number.
+    fn motion_on(&self, drives: &[[f64; 2]], t: f64, y: &[f64], regular: Option<&[f64]>) -> Motion {
         let n = self.masses();
         let (x, q, z) = (&y[..n], &y[n..2 * n], &y[2 * n..]);
         let contacts = &self.system.contacts;
@@ -247,10 +339,17 @@ impl StateSystem {
         let force: Vec<f64> = contacts
             .iter()
             .zip(w.iter().zip(self.each(&mut rate)))
-            .map(|(contact, (&w, rates))| {
+            .enumerate()
+            .map(|(c, (contact, (&w, rates)))| {
                 let (own, others) = z.split_at(rates.len());
                 z = others;
-                let force = contact.law.rates(w, own, rates);
+                let steep = || self.steep.iter().find(|steep| steep.contact == c);
+                let force = match regular.zip(steep()) {
+                    Some((regular, steep)) => {
+                        contact.law.at_slip_variable(regular[steep.slip], own, rates)[1]
+                    }
+                    None => contact.law.rates(w, own, rates),
+                };
                 let across = |values: &[f64]| values[contact.mass] - contact.other.map_or(0.0, |i| values[i]);
                 let normal = contact.normal_force.as_ref();
                 let normal = normal.map_or(1.0, |normal| normal.at(clock, across(x), across(&v)).max(0.0));
@@ -312,6 +411,25 @@ impl StateSystem {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The slip velocities among the variables whose laws are steep at rest.
+fn steep(system: &System<StateLaw>, links: &[Link]) -> Vec<Steep> {
+    let n = links.len();
+    let mut state = 2 * n..2 * n;
+    let contacts = system.contacts.iter().enumerate();
+    contacts
+        .filter_map(|(contact, law)| {
+            state = state.end..state.end + law.law.states();
+            let own = |link: &Link| matches!(*link, Link::Forward(c) | Link::Backward(c) if c == contact);
+            let slip = n + links.iter().position(own)?;
+            law.law.is_steep().then(|| Steep {
+                contact,
+                slip,
+                state: state.clone(),
+            })
+        })
+        .collect()
 }
 
 /// A velocity variable for every mass, in an order in which each follows from those before. The ground is known.

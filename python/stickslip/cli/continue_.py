@@ -27,6 +27,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--doubled", action="store_true", help="follow the branches of twice the period from flips")
     command.add_argument("--most", type=int, default=300, metavar="N", help="the most points of a branch each way")
     command.add_argument(
+        "--starts", type=int, default=3, metavar="N", help="look for further motions from N positions by N velocities"
+    )
+    command.add_argument(
         "--max-seconds", type=float, metavar="S", help="end the search for branches after so long, with what is found"
     )
     command.add_argument("-o", "--output", metavar="BRANCHES.nc", help="write the branches")
@@ -81,7 +84,9 @@ def run(options: argparse.Namespace) -> None:
             bar("points" if done else "an orbit to start from", done, most)
 
         try:
-            result = continuation(system, name, bounds, most=most, max_seconds=limit.left, progress=notify)
+            result = continuation(
+                system, name, bounds, starts=options.starts, most=most, max_seconds=limit.left, progress=notify
+            )
             for flip in [item for item in result.special_points if item.kind == "flip"] if options.doubled else ():
                 doubled = switch_branch(result, flip, most=most, max_seconds=limit.left, progress=notify)
                 result = replace(result, branches=(*result.branches, doubled))
@@ -128,7 +133,9 @@ def run(options: argparse.Namespace) -> None:
     ]
     if options.json:
         curves = [{"kind": curve.kind, "values": curve.values.tolist()} for curve in loci]
+        others = [{"regime": item.regime, name: item.value, "x": item.x, "start": item.start} for item in result.others]
         said = {"parameter": name, "interrupted": interrupted, "branches": branches, "special_points": points}
+        said["motions_on_no_branch"] = others
         say_json(said | ({"loci": curves, "over": [name, other[0]]} if other else {}))
     else:
         _say(name, branches, result, loci)
@@ -153,6 +160,12 @@ def _say(name: str, branches: list[dict[str, Any]], result: Branches, loci: list
             if why not in ("", "bounds", "closed", branch["cut"])
         )
         say(f"{kind:20s}{branch['points']} points, {name} {branch['from']:.6g} … {branch['to']:.6g}{closed}{ends}{cut}")
+    for other in result.others:
+        kind = f"other {other.regime.replace('_', ' ')}"
+        ends, start = (", ".join(f"{value:.4g}" for value in pair) for pair in (other.x, other.start))
+        say(
+            f"{kind:20s}{name} {other.value:.6g}, x from and to {ends}, on no branch; from the start (x, v) = ({start})"
+        )
     for item in result.special_points:
         say(f"{item.kind.replace('_', ' '):20s}{name} = {item.parameter:.12g}")
     for curve in loci:

@@ -25,6 +25,8 @@ from stickslip.simulation.state_orbit import Mark, StateLayout, StateOrbit, mass
 from stickslip.simulation.time_limit import TimeLimit
 
 METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
+#: The least relative error that scipy's integrators take, of a variable that has only an absolute one.
+_SMALLEST = 100 * float(np.finfo(float).eps)
 #: So many steps at one time lead nowhere.
 _IDLE = 1000
 
@@ -56,7 +58,8 @@ def integrate(
         the slip velocity of the start, and for no slip that of a contact that was never loaded.
     tolerance : relative error a step, in [1e-13, 1e-2]; absolute errors are scaled with the drive velocity and the law.
     method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff); default
-        LSODA, and Radau where that fails or stalls.
+        LSODA, and Radau where that fails or stalls. Rate-and-state friction is integrated in the variable in which it is
+        a line through rest.
     max_evaluations : most evaluations of the right-hand side, some 100,000 a second.
     max_seconds : time on the clock after which the run ends where it is, with ``orbit.stop == "max_seconds"``; default none.
 
@@ -98,6 +101,11 @@ def integrate(
     else:
         z = np.array(StateLayout.of(system).gather(state, "integrate"))
     scale = _scales(whole, laws, np.concatenate([begin, slip]))
+    noise = tolerance * scale[whole.masses]
+    first, small, share = core.regular(np.concatenate([begin, z]))
+    scale = np.where(share == 0.0, small, scale)
+    # A slip velocity within the tolerance, and within what the clock can tell, is at rest.
+    finest = noise * max(0.01, 10 * math.ulp(end) * 2 * math.pi / whole.natural_period / tolerance)
     bends = [
         node[0]
         for item in whole.contacts
@@ -118,7 +126,7 @@ def integrate(
         if spent > allowed:
             raise _Stalled(t)
         # At a node of a drive the next piece of its table counts, which the step to the node must not see.
-        return core.rates(min(t, before), np.ascontiguousarray(y))
+        return core.regular_rates(min(t, before), np.ascontiguousarray(y), least)
 
     up, seen, idle = math.inf, 0.0, 0
     limit = TimeLimit.after(max_seconds, "integrate")
@@ -138,10 +146,14 @@ def integrate(
     time_left.terminal = True  # type: ignore[attr-defined]
 
     pieces: list[Any] = []
-    # LSODA is the fastest by far, but may fail at the first step or crawl in its non-stiff half; Radau does neither.
-    attempts = ("LSODA", "Radau") if method is None else (method,)
-    for attempt in attempts:
-        allowed = max_evaluations if attempt == attempts[-1] else max_evaluations // 2
+    # LSODA is the fastest by far, but may fail at the first step or crawl in its non-stiff half; Radau does neither. At a
+    # stop of rate-and-state friction any of them may miss a step, and then takes it where the stop is a little longer.
+    attempts = [(one, 1) for one in (("LSODA", "Radau") if method is None else (method,))]
+    if core.is_steep:
+        attempts += [(method or "LSODA", factor) for factor in (10, 100)]
+    for attempt, factor in attempts:
+        least = finest * factor
+        allowed = max_evaluations // 2 if method is None and not spent else max_evaluations
         pieces = []
         try:
             for low, high in itertools.pairwise(edges):
@@ -152,32 +164,35 @@ def integrate(
                     piece = solve_ivp(
                         slope,
                         (low, high),
-                        pieces[-1].y[:, -1] if pieces else np.concatenate([begin, z]),
+                        pieces[-1].y[:, -1] if pieces else first,
                         method=attempt,
                         dense_output=True,
                         events=time_left,
-                        rtol=tolerance,
+                        # The others take one relative error for all variables.
+                        rtol=np.where(share == 0.0, _SMALLEST, tolerance) if attempt == "LSODA" else tolerance,
                         atol=tolerance * scale,
                     )  # type: ignore[call-overload, unused-ignore]
                 pieces.append(piece)
                 if piece.status != 0:
                     break
         except _Stalled as stalled:
-            if attempt == attempts[-1]:
+            if (attempt, factor) == attempts[-1] or spent > max_evaluations:
                 raise InputError(
                     f"integrate: {attempt} came to t = {stalled.t:g} in {min(spent, max_evaluations)} evaluations: take "
                     "another method, a looser tolerance, or raise max_evaluations"
                 ) from None
             continue
-        if pieces[-1].status >= 0:
+        # LSODA may end in what is no number, and call that a success.
+        if pieces[-1].status >= 0 and np.isfinite(pieces[-1].y[:, -1]).all():
             break
     if len(pieces[0].t) < 2:
         raise InputError(
-            f"integrate: {attempts[-1]} could not take its first step: take another method or tolerance, or check the units"
+            f"integrate: {attempts[-1][0]} could not take its first step: take another method or tolerance, or "
+            "check the units"
         )
     solution = _joined(pieces, attempt)
     last, stop = float(solution.ts[-1]), {0: "t_end", 1: "max_seconds"}.get(pieces[-1].status, "solver")
-    marks = _marks(core, solution, masses_of(system), tolerance * scale[whole.masses])
+    marks = _marks(core, solution, masses_of(system), noise)
     for mark in marks:
         if len(mark.times) >= max_events and mark.times[max_events - 1] < last:
             last, stop = float(mark.times[max_events - 1]), "max_events"
@@ -210,7 +225,7 @@ def _marks(core: _core.StateSystem, solution: OdeSolution, masses: Sequence[int]
 
     def guards(t: NDArray[np.float64]) -> NDArray[np.float64]:
         """Slip velocity of each contact and velocity of its mass, shape (times, 2, contacts)."""
-        v, _, w, *_ = core.states(t, np.ascontiguousarray(solution(t).T).ravel())
+        v, _, w, *_ = core.states(t, core.natural(np.ascontiguousarray(solution(t).T).ravel()))
         return np.stack([w.reshape(t.size, -1), v.reshape(t.size, -1)[:, masses]], axis=1)
 
     marks = []

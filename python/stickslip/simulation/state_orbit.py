@@ -194,7 +194,8 @@ class StateOrbit(Orbit):
 
     def variables(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """What is integrated, at times: positions, velocities or slip velocities, internal states; shape (times, w)."""
-        return np.ascontiguousarray(self._solution(times).T)
+        rows = np.ascontiguousarray(self._solution(times).T)
+        return self._right_hand_side.natural(rows.ravel()).reshape(rows.shape)
 
     def maxima(self) -> NDArray[np.float64]:
         """The times at which the position of the first contact's mass is greatest."""

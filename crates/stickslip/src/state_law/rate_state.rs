@@ -1,7 +1,9 @@
 //! Friction of rock: it depends on how fast a contact slips and how long its asperities have lived.
 
+use std::f64::consts::LN_2;
+
 use super::{StateFriction, runge_kutta};
-use crate::elementary::{asinh, exp, ln, tanh};
+use crate::elementary::{asinh, exp, exp_m1, ln, ln_1p, tanh};
 use crate::error::{Error, wrong};
 use crate::parameters::{Limited, parameters, words};
 
@@ -60,24 +62,22 @@ fn rock() -> f64 {
     0.6
 }
 
+/// The largest logarithm of |w|/V₀ that a variable u may stand for.
+const FASTEST: f64 = 200.0;
+
 impl RateState {
-    fn coefficient(&self, w: f64, psi: &[f64]) -> f64 {
-        if w == 0.0 {
-            return 0.0;
+    /// b ψ + b₂ ψ₂, and the same of rates.
+    fn effect(&self, psi: &[f64]) -> f64 {
+        let first = self.b * psi[0];
+        match (self.second_b, psi.get(1)) {
+            (Some(b), Some(psi)) => first + b * psi,
+            _ => first,
         }
-        let mut state = self.reference_friction + self.b * psi[0];
-        if let (Some(b), Some(psi)) = (self.second_b, psi.get(1)) {
-            state += b * psi;
-        }
-        let exponent = state / self.a;
-        let log = ln(w.abs() / (2.0 * self.reference_velocity)) + exponent;
-        // asinh y = ln 2y for y beyond 1e9, where y itself may overflow.
-        let inverse = if log > 20.0 {
-            log + std::f64::consts::LN_2
-        } else {
-            asinh(exp(log))
-        };
-        (self.a * inverse).copysign(w)
+    }
+
+    /// (μ₀ + b ψ + b₂ ψ₂)/a.
+    fn exponent(&self, psi: &[f64]) -> f64 {
+        (self.reference_friction + self.effect(psi)) / self.a
     }
 
     /// The lengths over which the states evolve.
@@ -174,7 +174,37 @@ impl StateFriction for RateState {
         for ((rate, &psi), length) in rates.iter_mut().zip(z).zip(self.lengths()) {
             *rate = self.rate(w.abs(), psi) / length;
         }
-        self.normal_force * self.coefficient(w, z)
+        self.normal_force * self.a * self.slip_variable(w, z)
+    }
+
+    fn is_steep(&self) -> bool {
+        true
+    }
+
+    /// u = asinh((w/2V₀) exp((μ₀ + b ψ + b₂ ψ₂)/a)): friction is N a u, a line through rest.
+    fn slip_variable(&self, w: f64, z: &[f64]) -> f64 {
+        if w == 0.0 {
+            return 0.0;
+        }
+        let log = ln(w.abs() / (2.0 * self.reference_velocity)) + self.exponent(z);
+        // asinh y = ln 2y for y beyond 1e9, where y itself may overflow.
+        let inverse = if log > 20.0 { log + LN_2 } else { asinh(exp(log)) };
+        inverse.copysign(w)
+    }
+
+    fn at_slip_variable(&self, u: f64, z: &[f64], rates: &mut [f64]) -> [f64; 2] {
+        // 2V₀ exp(−(μ₀ + …)/a) sinh u, and where an integrator tries what is out of range, a speed that is still a number.
+        let grown = exp((u.abs() - self.exponent(z)).min(FASTEST));
+        let speed = -self.reference_velocity * grown * exp_m1(-2.0 * u.abs());
+        self.rates(speed, z, rates);
+        [speed.copysign(u), self.normal_force * self.a * u]
+    }
+
+    /// exp((μ₀ + …)/a)/(2V₀ cosh u) and tanh u (b ψ̇ + b₂ ψ̇₂)/a.
+    fn slip_variable_slopes(&self, u: f64, z: &[f64], rates: &[f64], most: f64) -> [f64; 2] {
+        let twice_cosh = u.abs() + ln_1p(exp(-2.0 * u.abs()));
+        let slope = exp(self.exponent(z) - twice_cosh) / self.reference_velocity;
+        [slope.min(most), tanh(u) * self.effect(rates) / self.a]
     }
 
     /// ψ = −ln(|w|/V₀); at rest, that of V₀.

@@ -211,6 +211,27 @@ COLUMNS = ("values", "stable", "period", "multiplier", "x_min", "x_max", "sticks
 
 
 @dataclass(frozen=True)
+class OtherMotion:
+    """A motion that a start ends in and no branch has.
+
+    Attributes
+    ----------
+    value : of the parameter; regime : its word.
+    x : its range of positions; start : a position and a velocity that lead to it.
+    repeats : whether it was seen to repeat.
+
+    >>> OtherMotion(0.3, "stick_slip", (0.1, 0.9), (1.0, 0.0), True).regime
+    'stick_slip'
+    """
+
+    value: float
+    regime: str
+    x: tuple[float, float]
+    start: tuple[float, float]
+    repeats: bool
+
+
+@dataclass(frozen=True)
 class Branches(InNotebook):
     """The branches of a continuation.
 
@@ -219,12 +240,14 @@ class Branches(InNotebook):
     system, parameter, bounds : what was asked.
     branches : of :class:`Branch`.
     special_points : of all branches, by parameter.
+    others : the motions that starts ended in which are on no branch, as they do not repeat or could not be followed.
     """
 
     system: Oscillator | System
     parameter: str
     bounds: tuple[float, float]
     branches: tuple[Branch, ...]
+    others: tuple[OtherMotion, ...] = ()
 
     @property
     def special_points(self) -> list[SpecialPoint]:
@@ -276,11 +299,15 @@ class Branches(InNotebook):
     def facts(self) -> dict[str, Any]:
         """What a notebook shows."""
         points = [f"{item.kind} at {item.parameter:.6g}" for item in self.special_points]
-        return {"parameter": self.parameter, "branches": list(self.branches), "special_points": points or "none"}
+        others = [f"{item.regime} at {item.value:.6g}" for item in self.others]
+        return {"parameter": self.parameter, "branches": list(self.branches), "special_points": points or "none"} | (
+            {"motions on no branch": others} if others else {}
+        )
 
     def __repr__(self) -> str:
         found = ", ".join(f"{item.kind} {item.parameter:.9g}" for item in self.special_points) or "none"
-        return f"<Branches over {self.parameter}: {len(self.branches)}, special points: {found}>"
+        others = f", motions on no branch: {len(self.others)}" if self.others else ""
+        return f"<Branches over {self.parameter}: {len(self.branches)}, special points: {found}{others}>"
 
 
 def range_of(cycle: Cycle) -> tuple[float, float]:

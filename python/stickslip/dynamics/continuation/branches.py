@@ -16,21 +16,23 @@ from stickslip.dynamics.continuation.branch import (
     COLUMNS,
     Branch,
     Branches,
+    OtherMotion,
     SpecialPoint,
     both_ways_of,
     first_of,
     range_of,
 )
+from stickslip.dynamics.continuation.coexistence import other_motions
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.closed_orbit import Cycle
-from stickslip.dynamics.periodic.cycles import periodic_orbit, unchecked
+from stickslip.dynamics.periodic.cycles import event_cycle, periodic_orbit, unchecked
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
-from stickslip.dynamics.periodic.poincare_map import forcing_period
+from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle
 from stickslip.errors import InputError, Interrupted, UnfinishedWarning
-from stickslip.files.checks import number
+from stickslip.files.checks import number, whole_number
 from stickslip.files.notebook import waiting
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
@@ -46,6 +48,7 @@ def continuation(
     *,
     guess: Any = None,
     seeds: int = 3,
+    starts: int = 3,
     most: int = 300,
     max_seconds: float | None = None,
     progress: Callable[[int, int], Any] | None = None,
@@ -69,6 +72,9 @@ def continuation(
         :class:`~stickslip.PeriodicOrbit`, as of ``branch.orbit(i)`` or ``special_point.orbit``, is followed as it is, stable
         or not, at the value that its own system has (with `seeds` 0 nothing else).
     seeds : at how many values between the bounds the motion from rest is looked at for a further branch.
+    starts : at each of these values starts at so many positions and velocities, each with each, are run, and the motions
+        they end in that are on no branch yet are followed too, of one mass under laws without an internal state; 0 for none,
+        as with `seeds` 0.
     most : the most points in each of the two directions of one branch; one that goes on there has ``cut`` ``"most"``, and a
         warning says how many they are.
     max_seconds : time on the clock > 0 after which the search ends, asked before each point and before each start, with a
@@ -90,7 +96,8 @@ def continuation(
         last one ``"interrupt"``.
 
     Limits: a branch ends where the orbits on both sides of a boundary have no common limit, as with f_s > f_k where a grazing
-    orbit is thrown far away; branches that begin at no Hopf point and that no run from rest or `guess` reaches are not found.
+    orbit is thrown far away; branches that begin at no Hopf point and that no run from rest, from `starts` or from `guess`
+    reaches are not found. Of several masses, and under laws with an internal state, there are no `starts`.
 
     Source: Dercole & Kuznetsov, ACM TOMS 31 (2005) 95; Thota & Dankowicz, SIADS 7 (2008) 1283.
 
@@ -112,11 +119,20 @@ def continuation(
     here = read(guess.system if isinstance(guess, Cycle) else system, path)
     if guess is not None and not low <= here <= high:
         raise InputError(f"continuation: the bounds must hold the value of the guess, {here:g}, got {low:g}:{high:g}")
-    starts = [(here, guess)] if low <= here <= high else []
-    starts += [(low + (high - low) * (i + 0.5) / seeds, None) for i in range(seeds)]
+    begins = [(here, guess)] if low <= here <= high else []
+    begins += [(low + (high - low) * (i + 0.5) / seeds, None) for i in range(seeds)]
+    whole_number("starts", starts, "continuation", least=0)
     branches: list[Branch] = []
+    others: list[OtherMotion] = []
+    say = waiting(progress, "continuation")
     try:
-        late = _search(system, path, family, starts, branches, most, waiting(progress, "continuation"), limit)
+        late = _search(system, path, family, begins, branches, most, say, limit)
+        if branches and seeds and starts and isinstance(system, Oscillator) and not integrated:
+            for value, _ in begins:
+                if limit.passed:
+                    late = max(late, 1)
+                    break
+                others += _others(system, path, family, value, branches, starts, most, say, limit)
     except KeyboardInterrupt as stop:
         if isinstance(stop, Interrupted) and stop.result.values:
             branches.append(stop.result)
@@ -128,7 +144,7 @@ def continuation(
     if not branches:
         raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
     _warn_of_cuts(branches, late)
-    return Branches(system, parameter, (low, high), tuple(branches))
+    return Branches(system, parameter, (low, high), tuple(branches), tuple(others))
 
 
 def _search(
@@ -164,7 +180,12 @@ def _search(
             branches.append(StateWalk(path, family.ranges[0], most, progress, limit).both_ways(cycle))
         else:
             sequence = cycle.closed.sequence
-            point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+            try:
+                point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+            except Lost as lost:
+                if start is None:
+                    continue
+                raise InputError(str(lost)) from None
             branches.append(both_ways(point, family, most, progress, limit))
     for hopf in [item for branch in branches if branch.kind == "steady_slip" for item in branch.special_points]:
         assert hopf.system is not None
@@ -175,6 +196,36 @@ def _search(
         if new is not None:
             branches.append(new)
     return late
+
+
+def _others(
+    system: Oscillator,
+    path: str,
+    family: Family,
+    value: float,
+    branches: list[Branch],
+    starts: int,
+    most: int,
+    progress: Callable[[int, int], Any],
+    limit: TimeLimit,
+) -> list[OtherMotion]:
+    """Add the branches of the motions that a grid of starts ends in; those motions that are on none of them."""
+    left = []
+    there = with_number(system, path, value)
+    assert isinstance(there, Oscillator)
+    progress(0, most)
+    slowest = max(there.natural_period, forcing_period(there) or 0.0)
+    for other in other_motions(there, value, branches, starts):
+        try:
+            cycle = event_cycle(there, other.start, t_end=300 * slowest, progress=lambda: progress(0, most))
+            sequence = cycle.closed.sequence
+            point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+        except (InputError, Lost):
+            left.append(other)
+            continue
+        if not any(lies_on(branch, cycle, value) for branch in branches):
+            branches.append(both_ways(point, family, most, progress, limit))
+    return left
 
 
 def _warn_of_cuts(branches: list[Branch], late: int) -> None:

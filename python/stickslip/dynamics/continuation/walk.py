@@ -54,6 +54,9 @@ class Walk:
     limit: TimeLimit = NO_LIMIT
     branch: Branch = field(default_factory=lambda: Branch("cycle"))
 
+    def __post_init__(self) -> None:
+        self._say = waiting(self.progress, "continuation")
+
     def go(self, point: Point) -> Branch:
         """From a point until the parameter leaves its bounds, the cycle is a point, the curve closes or no way goes on."""
         with self.branch.kept():
@@ -68,9 +71,8 @@ class Walk:
         self._add(point)
         largest = self._size()
         step = 0.01
-        progress = waiting(self.progress, "continuation")
         while len(self.branch.values) < self.most:
-            progress(len(self.branch.values), self.most)
+            self._say(len(self.branch.values), self.most)
             if self.limit.passed:
                 self.branch.cut = "max_seconds"
                 return self.branch.cut
@@ -220,6 +222,7 @@ class Walk:
         small = not point.here.forcing_periods and self._size() < 10 * step * length
 
         def at(fraction: float) -> Point:
+            self._say(len(self.branch.values), self.most)
             found = stepped(point, point.here.forcing_periods, self.family, fraction * step)
             if small and np.subtract(*range_of(unchecked(found.here))) > -_POINT * self._size():
                 raise _Vanished

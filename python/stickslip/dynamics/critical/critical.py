@@ -131,13 +131,20 @@ class _Watch:
 
     def __init__(self, progress: Callable[[str, int, int], Any] | None, limit: TimeLimit) -> None:
         self.say, self.limit = waiting_by_stage(progress), limit
+        self._last = ("runs", 0, 1)
 
     def __call__(self, what: str, done: int, n: int) -> None:
+        self._last = (what, done, n)
+        self.go_on()
+
+    def go_on(self, *_: int) -> None:
+        """The search is where it was, and goes on."""
         self.limit.keep()
-        self.say(what, done, n)
+        self.say(*self._last)
 
     def shown(self, *run: Any) -> Shown:
         """A run, before the limit."""
+        self.go_on()
         found = shown(*run, max_seconds=self.limit.left)
         if found.stop == "max_seconds":
             raise TimeIsUp
@@ -167,7 +174,8 @@ def critical_velocities(
     bounds : (low, high) of the drive velocity that is searched; default from a hundredth of F_s/√(k m) to three times that,
         of several masses of the greatest F_s/(m ω) of each, with the lowest natural frequency ω.
     progress : called as ``progress(what, done, n)`` through three stages: ``"runs"`` over the drive velocity, ``"cycles"`` of
-        those runs that are followed, ``"confirmation"`` of what was found.
+        those runs that are followed, ``"confirmation"`` of what was found; within a stage it is called
+        again with the same numbers before each run and each point of a cycle.
     max_seconds : time on the clock > 0 after which the search ends, asked during runs and between points of a cycle, with a
         warning and with what it has confirmed by then (without ``"end_of_stick_slip"``, the greatest of several) and the
         ``.brackets`` of what it has not; default none.
@@ -565,7 +573,7 @@ def _branches(
     for _, value in steady:
         watch("cycles", done, count)
         done += 1
-        new = born_branch(with_number(system, _PATH, value), value, family, branches, 200, watch.limit.keep)
+        new = born_branch(with_number(system, _PATH, value), value, family, branches, 200, watch.go_on)
         if new is not None:
             branches.append(new)
     watch("cycles", count, count)
@@ -633,17 +641,15 @@ def _branch(
         length = 150 * system.natural_period
         if isinstance(system, System):
             length = 30 * slowest_period(system) + 10 * reach(system).max() / drive_of(system)
-        cycle = event_cycle(system, guess, t_end=None if guess is None else length)
+        cycle = event_cycle(system, guess, t_end=None if guess is None else length, progress=watch.go_on)
         neutral = cycle.marginal and (isinstance(system, System) or not cycle.sticks)
         if neutral or any(lies_on(branch, cycle, value) for branch in known):
             return None
         sequence = cycle.closed.sequence
         start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
         way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)
-        up = Walk(family, 200, watch.limit.keep).go(Point(start.here, start.values, way))
-        down = (
-            Walk(family, 60, watch.limit.keep).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
-        )
+        up = Walk(family, 200, watch.go_on).go(Point(start.here, start.values, way))
+        down = Walk(family, 60, watch.go_on).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
     except (InputError, Lost):
         return None
     return up if down is None else down.reversed().joined(up)

@@ -12,6 +12,7 @@ import pandas as pd
 from stickslip.dynamics.critical.critical import critical_velocities
 from stickslip.errors import InputError
 from stickslip.files.checks import whole_number
+from stickslip.files.notebook import waiting_by_stage
 from stickslip.model.system import Oscillator, System
 
 
@@ -33,7 +34,7 @@ def critical_intervals(
     samples : how many laws, at least 10; the ends of an interval of few laws are rough.
     seed : of the random numbers.
     bounds : as of :func:`critical_velocities`; default those of each law.
-    progress : called as ``progress("laws", done, samples)``.
+    progress : called as ``progress("laws", done, samples)``; without it a terminal or a notebook shows a line.
 
     Returns
     -------
@@ -57,10 +58,11 @@ def critical_intervals(
         raise InputError("critical_intervals: expected an oscillator of one mass, got a system of several")
     whole_number("samples", samples, "critical_intervals", least=10)
     found: dict[str, list[float]] = {}
+    say = waiting_by_stage(progress)
     for done, law in enumerate(system.law.sample(samples, seed), start=1):
-        for name, value in critical_velocities(replace(system, law=law), bounds).items():
+        one = critical_velocities(replace(system, law=law), bounds, progress=lambda *_: None)
+        for name, value in one.items():
             found.setdefault(name, []).append(value)
-        if progress is not None:
-            progress("laws", done, samples)
+        say("laws", done, samples)
     rows = {name: [*np.quantile(values, [0.025, 0.975]), len(values)] for name, values in found.items()}
     return pd.DataFrame.from_dict(rows, orient="index", columns=["low", "high", "laws"])

@@ -38,6 +38,10 @@ if TYPE_CHECKING:
 
 #: Lengths of the short runs from a guess, in natural periods or those of the forcing.
 _FROM_GUESS = (2.5, 6, 15)
+_NO_RETURNS = (
+    "periodic_orbit: the motion has no two returns: it comes to rest or slips steadily, or the run is too short; "
+    "give a guess"
+)
 #: So near the returns of a short run, in sizes of the motion, is the orbit that they show.
 _NEAR = 0.1
 
@@ -215,10 +219,7 @@ def find(
         which = next(c for kind, c in zip(kinds[::-1], contacts[::-1], strict=True) if kind == wanted)
         marks = np.flatnonzero((np.array(kinds) == wanted) & (contacts == which))
     if len(marks) < 2:
-        raise InputError(
-            "periodic_orbit: the motion has no two returns: it comes to rest or slips steadily, or the run is too short; "
-            "give a guess"
-        )
+        raise InputError(_NO_RETURNS)
     followed = sequence.follow()
     states, width = followed.states, sequence.layout.width
     if settled and wanted is None and steady(system, states[marks[-len(marks) // 2 :]]):
@@ -365,7 +366,15 @@ def event_cycle(
     if refined is not None:
         return _closed(system, _FROM_GUESS[0] * slowest * (periods or 1), refined, False, periods, progress)[0]
     # A motion that has come to rest by the end of a longer run says most.
-    raise next((one for one in refusals if str(one) == STEADY), refusals[0 if settles else -1])
+    refusal = next((one for one in refusals if str(one) == STEADY), refusals[0 if settles else -1])
+    if str(refusal) == _NO_RETURNS and not settles:
+        raise InputError(
+            "periodic_orbit: the run from the guess has no two returns: it leaves the orbit, comes to rest or slips "
+            "steadily; give a guess nearer to the orbit, or a longer t_end"
+        )
+    if settles and not str(refusal).startswith("periodic_orbit"):
+        raise InputError(f"{refusal}: the motion from rest is meant; for an orbit elsewhere give a guess (x, v)")
+    raise refusal
 
 
 def _without_events(system: Any, start: tuple[Any, Any], periods: int) -> tuple[Any, Any] | None:
