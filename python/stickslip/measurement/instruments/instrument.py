@@ -389,9 +389,11 @@ def _on_clock(
             )
     if "time" not in values:
         assert rate is not None
+        table.refuse_faults()  # counted rows must all be samples
         values["time"], units["time"] = np.arange(n) / rate, "s"
     inside = in_window(values["time"], layout.window)
     table = table.part(inside)
+    table.refuse_faults()
     values = {name: value[inside] for name, value in values.items()}
     for name, raw in readings.items():
         readings[name] = raw[inside]
