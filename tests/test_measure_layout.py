@@ -99,6 +99,38 @@ def test_a_window_keeps_what_lies_inside() -> None:
     assert record.time[-1] < 7.5
 
 
+@pytest.mark.parametrize("words", ["overload", "-", "", "range error; stopped; see the log"])
+def test_words_outside_the_window_are_nobodys_concern(tmp_path: Path, words: str) -> None:
+    lines = rows(";").splitlines()
+    lines[3] = f"{T[3]!r};{words}"
+    lines[5] = "instrument restarted"
+    path = tmp_path / "record.txt"
+
+    def record(window: tuple[float, float], **more: object):
+        path.write_text("\n".join(lines))
+        return as_record(path, spring(read=Layout(header=False, window=window), **more))
+
+    np.testing.assert_array_equal(record((0.6, 8.0)).signal, X[6:])
+    for start, said in ((0.2, "row 4"), (0.4, "row 6")):
+        with pytest.raises(ss.InputError, match=f"{said}.*(a number was expected|cells)"):
+            record((start, 8.0))
+    with pytest.raises(ss.InputError, match="row 4"):  # without stamps it is not known how many samples the rows stand for
+        record((0.6, 8.0), time_column=None, sampling_rate=10.0)
+    bench = load_rig(
+        {
+            "instrument": "velocity_steps",
+            "columns": {
+                "time": {"column": 1, "unit": "s"},
+                "displacement": {"column": 3, "unit": "m"},
+                "force": {"column": 2, "unit": "N"},
+            },
+            "read": {"header": False, "window": [0.6, 8.0]},
+        }
+    )
+    path.write_text("\n".join(f"{line};1" for line in lines))
+    np.testing.assert_array_equal(INSTRUMENTS[bench.instrument].read(path, bench)["force"], X[6:])
+
+
 def test_a_window_cuts_a_record_at_its_gap_and_at_bad_rows() -> None:
     t, x = (
         1000 * np.delete(np.arange(200) / 10, slice(120, 150)),

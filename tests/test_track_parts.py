@@ -335,3 +335,38 @@ def test_where_a_marker_is_lost_whole_pictures_are_looked_at_until_it_is_back():
     assert [i for i, (rows, _) in enumerate(found) if not len(rows)] == [25]
     assert all(whole for _, whole in found[:28])
     assert not any(whole for _, whole in found[30:])
+
+
+def test_the_parts_above_all_heights_are_those_that_each_cut_shows():
+    """Against OpenCV, one cut after the other."""
+    random = np.random.default_rng(5)
+    rows, columns = np.mgrid[:90, :140]
+    picture = random.normal(60, 12, rows.shape)
+    for _ in range(12):
+        x, y, radius = random.uniform(0, 140), random.uniform(0, 90), random.uniform(2, 12)
+        picture += random.uniform(20, 90) * (np.hypot(columns - x, rows - y) < radius)
+    picture = np.clip(picture, 0, 255).astype(np.uint8)
+    heights = np.linspace(40, 200, 16) + 0.3
+    levels = _core.spot_levels(picture, heights.tolist(), (4.0, 2000.0))
+    kept, above = 0, None
+    for height, level in zip(heights[::-1], levels, strict=True):
+        _, labels, stats, _ = cv2.connectedComponentsWithStats((picture > height).astype(np.uint8), connectivity=8)
+        expected = {}
+        for label, (left, top, width, high, area) in enumerate(stats.tolist()):
+            narrow = min(width, high) / max(width, high)
+            if label and 4 <= area <= 2000 and area >= 0.45 * width * high and narrow >= 0.25:
+                expected[label] = (area, left, top, width, high)
+        assert sorted(spot[:5] for spot in level) == sorted(expected.values())
+        if above is not None:
+            before, before_labels, before_expected = above
+            for spot in before:
+                (label,) = [one for one, its in before_expected.items() if its == spot[:5]]
+                around = int(labels[np.argwhere(before_labels == label)[0][0], np.argwhere(before_labels == label)[0][1]])
+                assert expected.get(around) == (level[spot[5]][:5] if spot[5] >= 0 else None)
+        kept, above = kept + len(level), (level, labels, expected)
+    assert kept > 60
+
+
+def test_a_height_above_everything_has_no_parts():
+    assert _core.spot_levels(np.full((3, 4), 9, np.uint8), [9.0], (1.0, 99.0)) == [[]]
+    assert _core.spot_levels(np.full((3, 4), 10, np.uint8), [9.0], (1.0, 99.0)) == [[(12, 0, 0, 4, 3, -1)]]

@@ -34,6 +34,7 @@ __all__ = [
     "section",
     "slip_evidence",
     "spot_centre",
+    "spot_levels",
     "spot_near",
     "static_friction",
     "sweep",
@@ -168,6 +169,9 @@ def blurred(picture: _Picture, sigma: float) -> _Picture: ...
 def spot_centre(
     picture: _Picture, work: _Picture, part: tuple[float, int, int, int, int, int], known: _Known
 ) -> _Spot | None: ...
+def spot_levels(
+    picture: _Picture, heights: list[float], areas: tuple[float, float]
+) -> list[list[tuple[int, int, int, int, int, int]]]: ...
 def spot_near(
     picture: _Picture, work: _Picture, like: _Like, position: tuple[float, float], known: _Known
 ) -> _Spot | None: ...

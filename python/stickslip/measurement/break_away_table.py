@@ -47,7 +47,9 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
         if number + 1 < len(sticks) and c > b:
             drop = o.stiffness * (float(np.interp(stick.end, time, friction.extension)) - friction.extension[b:c].min())
         stick_time = stick.end - stick.start if stick.starts else float("nan")
+        extra, extra_rate = friction.added.get(stick.end, (0.0, 0.0))
         force_error = math.hypot(float(level_error[row]), rate * end_error if math.isfinite(rate) else 0.0)
+        force_error = math.hypot(force_error, extra_rate * stick.end_error, friction.common)
         rows.append(
             [
                 stick.end,
@@ -56,7 +58,7 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
                 math.hypot(stick.start_error, end_error),
                 rate,
                 rate_error,
-                float(forces[row]),
+                float(forces[row]) + extra,
                 force_error,
                 drop,
                 math.sqrt(2) * force_error,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,8 @@ class Friction:
     cutoff : in Hz, of slips and creeping sticks.
     fit : the pieces.
     late : standard error in s by which all break-aways may be seen early or late together, beside what sets them apart.
+    common : standard error in N that all forces of the record share.
+    added : time of a break-away -> force of a ripple of the drive there, which the fit does not hold, and its rate.
     """
 
     time: Array
@@ -49,6 +51,8 @@ class Friction:
     cutoff: dict[Part, float]
     fit: PiecewiseFit
     late: float = 0.0
+    common: float = 0.0
+    added: dict[float, tuple[float, float]] = field(default_factory=dict)
 
 
 def fit_pieces(

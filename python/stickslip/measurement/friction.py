@@ -14,6 +14,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.measurement.break_away_table import break_aways
 from stickslip.measurement.consistency import (
+    at_one_speed,
     check_rise,
     check_sampling,
     few_samples,
@@ -31,11 +32,12 @@ from stickslip.measurement.read import Record, as_record
 from stickslip.measurement.recalibration import Draft, another_drive_velocity, most_mistaken, recalibrated, rigid_sticks
 from stickslip.measurement.regime import intermittence, regime, slow_share, undecided
 from stickslip.measurement.result import release
+from stickslip.measurement.ripple import Shaken, find_ripple, refined_ripple, said_of, without
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
-from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
+from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 from stickslip.measurement.signals.slip_evidence import SlipModel
 from stickslip.measurement.signals.spectra import Line
 from stickslip.measurement.stick_limits import refine_sticks
@@ -49,6 +51,7 @@ from stickslip.measurement.sticks import (
     rigid_candidates,
     stick_slope,
 )
+from stickslip.measurement.zero_drift import said_of_drift, zero_drift
 
 Array = npt.NDArray[np.float64]
 
@@ -88,6 +91,7 @@ def measure(
     `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
     that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; `break_away_late`, the
     standard error in s by which all break-aways of the record may be early or late together (it is in their errors too);
+    `force_common`, the standard error that all forces of the record share (it is in `force_error` too);
     `scale_error`, the relative error that all lengths share, where a motion states one; for other instruments the names
     in `facts`.
 
@@ -224,6 +228,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
 
     check_rise(record, rig, presmoothed, flanks)
     part, stopped = while_driven(record, o, presmoothed, flanks)
+    if not stopped:
+        part, stopped = at_one_speed(record, o, x, weight, flanks)
     if stopped:
         weights = None if record.weight is None else record.weight[part]
         driven = replace(record, time=time[part], signal=record.signal[part], weight=weights)
@@ -231,6 +237,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
 
     # the spring and the drive as the sticks show them
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
+    stated, shaken = _without_ripple(stated, rig)
+    x, noise, presmoothed, flanks = stated.extension, stated.noise, stated.presmoothed, stated.flanks
     trial, slope, rigid = rigid_sticks(stated, o.drive_velocity)
     # A mass that does not go with the drive where it seems to rest does not rest; where nothing sticks, or for too few
     # samples to have a slope, nothing shows that it creeps.
@@ -253,6 +261,9 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         friction, sticks, slow, _ = _fitted(stated, sticking=False)
     if not sticks:
         why = [*another_drive_velocity(stated, rig), *why]
+    if shaken is not None:
+        friction = shaken.returned(friction, sticks)
+        notes.append(said_of(shaken, o, "" if rig.unit == "1" else " m"))
     notes += why
     if sticks and rigid:
         notes += few_samples(record, o)
@@ -263,6 +274,12 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
             "w is measured, not set to zero, inside them"
         )
     notes += [*overtaking(friction, presmoothed.rate_error), *unlike_stated_noise(friction, record, rig)]
+    if drift := zero_drift(presmoothed, flanks):
+        common = o.stiffness * drift.size / 2
+        friction = replace(
+            friction, common=math.hypot(friction.common, common), force_error=np.hypot(friction.force_error, common)
+        )
+        notes.append(said_of_drift(drift, o.stiffness, "" if rig.unit == "1" else " N"))
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
     if word == "unknown":
@@ -274,6 +291,37 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     if word == "stick_slip" and ends.size >= 3:
         line = draft.line(friction.slip_acceleration, 1 / float(np.median(np.diff(ends))))
     return _Found(friction, sticks, rigid, slow, line, word, notes, int(np.count_nonzero(beyond)))
+
+
+def _without_ripple(draft: Draft, rig: Rig) -> tuple[Draft, Shaken | None]:
+    """The draft without a line that all its sticks share, and what was taken; as it is where there is none."""
+    o = draft.oscillator
+    guesses = creeping_sticks(draft.presmoothed, draft.flanks, o.drive_velocity)
+    samples = draft.time, draft.extension, draft.weight
+    ripple = find_ripple(*samples, guesses, draft.noise, rig.mains_frequency)
+    if ripple is None:
+        return draft, None
+    shaken = Shaken(ripple, True)
+    still = without(draft, shaken)
+    trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
+    if slope is None or not rigid or abs(slope.value / o.drive_velocity - 1) > most_mistaken(rig):
+        return draft, None
+    if not (sticks := _rigid_fit(still)[0]):
+        return draft, None
+    # the slips tell whether they have it too
+    inner = _rigid_fit(without(draft, Shaken(ripple, False, sticks)))[0]
+    if not inner:
+        return still, shaken
+    bridged = Shaken(refined_ripple(ripple, *samples, inner, draft.noise), False, inner)
+    joined = without(draft, bridged)
+    fits = [_pieces(still, sticks), _pieces(joined, inner)]
+    both = [fit.deviance(fit.cutoff) for fit in fits]
+    return (still, shaken) if both[0] + ripple.releasing(inner) < both[1] else (joined, bridged)
+
+
+def _pieces(draft: Draft, sticks: list[Stick]) -> PiecewiseFit:
+    o = draft.oscillator
+    return fit_pieces(draft.time, draft.extension, draft.weight, sticks, True, o, _knots(draft.presmoothed, o))
 
 
 def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick], float, str]:
@@ -375,6 +423,7 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
         "weight": rig.mass * rig.gravity,
         "noise": f.noise,
         "break_away_late": f.late,
+        "force_common": f.common,
         "slip_cutoff": f.cutoff.get("slip", math.nan),
         "creep_cutoff": f.cutoff.get("creep", math.nan),
         **({"scale_error": record.scale_error} if record.scale_error else {}),

@@ -149,8 +149,11 @@ def as_record(source: Any, rig: Rig) -> Record:
             f"{table.source}: {len(signal)} samples are too short a record, at least {LEAST_SAMPLES} are needed"
         )
     time, stamped = _time(table, time_column, rig, len(signal), notes)
+    if stamped is None:  # counted rows must all be samples
+        table.refuse_faults()
     inside = in_window(time, rig.read.window)
     table, time, signal = table.part(inside), time[inside], signal[inside]
+    table.refuse_faults()
     if len(signal) < LEAST_SAMPLES:
         raise InputError(
             f"{table.source}: {len(signal)} samples lie in the window {list(rig.read.window or ())} s, at least "

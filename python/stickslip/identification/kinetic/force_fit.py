@@ -160,7 +160,9 @@ class Problem:
         rate = table["force_rate"].abs().fillna(_usual_rate(record))
         sense = [record.sense_of(slip) for slip in table["slip"]]
         late = _lag(record) if isinstance(self.law, WITH_MEMORY) else 0.0
-        own = own_error(table["force_error"].fillna(0.0), rate * record.constants.get("late", 0.0))
+        known = record.constants
+        shared = np.hypot(rate * known.get("late", 0.0), known.get("common", 0.0))
+        own = own_error(table["force_error"].fillna(0.0), shared)
         return table.assign(rate=rate, sense=sense, stated=np.hypot(own, rate * late))
 
     def _natural_scales(self) -> dict[str, float]:
@@ -173,19 +175,24 @@ class Problem:
         return {name: by_name.get(name, force) for name in self.free}
 
     def late(self, law: Law) -> list[Array]:
-        """For each group how its residuals change where all break-aways of its record are seen later by one standard error.
+        """For each group how its residuals change by what all rows of its record share, by one standard error.
 
-        The force is read further up the loading line, and the stick is taken for longer than it was.
+        All break-aways may be seen late, and all forces be off. Of a late break-away the force is read further up the loading line, and the stick is taken for longer than it was.
         """
         found = [np.zeros_like(stated) for stated in self.stated]
         for i, (number, kind) in enumerate(self.groups):
-            table, late = self.tables[number], self.motions[number].record.constants.get("late", 0.0)
+            motion, table = self.motions[number], self.tables[number]
+            late, common = (motion.record.constants.get(name, 0.0) for name in ("late", "common"))
+            if kind == "kinetic" and common > 0:
+                found[i] = motion.misfit(law) - motion.misfit(law, common)
+            if kind == "break-away" and common > 0:
+                found[i] = np.full_like(self.stated[i], common)
             if kind == "break-away" and table is not None and late > 0:
                 load = table.sense * table.rate
                 grown = law.break_away_force(table.stick_time + late, load) - law.break_away_force(
                     table.stick_time, load
                 )
-                found[i] = table.rate * late - grown
+                found[i] = np.hypot(found[i], table.rate * late - grown)
         return found
 
     def approach(self, law: Law, number: int) -> Array:

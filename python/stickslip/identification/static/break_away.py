@@ -324,6 +324,7 @@ def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
         slips = record.own_slip()
         table["record"] = number
         table["late"] = record.constants.get("late", 0.0)
+        table["common"] = record.constants.get("common", 0.0)
         table["level"] = [math.nan if slip is None else record.slip_level(*slip) for slip in slips]
         table["sense"] = [record.sense_of(slip) for slip in slips]
         frames.append(table[table["stick_time"].notna() & (table["stick_time"] > 0)])
@@ -331,8 +332,9 @@ def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
 
 
 def common_error(rows: pd.DataFrame) -> Array:
-    """Standard error in force that each break-away has in common with the others of its record: all are seen late alike."""
-    return np.asarray((rows["late"] * rows["force_rate"].abs()).fillna(0.0))
+    """Standard error in force that each break-away has in common with the others of its record: late, or of the zero."""
+    late = np.asarray((rows["late"] * rows["force_rate"].abs()).fillna(0.0))
+    return np.hypot(late, np.asarray(rows["common"])) if "common" in rows else late
 
 
 def is_relative(rows: pd.DataFrame) -> tuple[bool, list[str]]:

@@ -39,6 +39,7 @@ class Table:
     notes : what was left out while reading.
     units : name -> unit, for the columns of which the file says it.
     scale_error : relative standard error that all lengths share, as a motion states it; 0 where nothing is stated.
+    faults : row -> what is wrong in it, of rows that stand as NaN; :meth:`refuse_faults` refuses them where they are used.
     """
 
     columns: dict[str, Array]
@@ -48,6 +49,7 @@ class Table:
     notes: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     scale_error: float = 0.0
+    faults: Mapping[int, str] = field(default_factory=dict)
 
     def name_of(self, column: str | int) -> str:
         """The name of a column that is given by its name or its number (from 1)."""
@@ -82,6 +84,13 @@ class Table:
         """The table that numbers its rows as those of a part of its samples; its columns stay whole."""
         numbers = np.arange(len(rows)) + self.first_row if self.rows is None else self.rows
         return replace(self, rows=numbers[rows])
+
+    def refuse_faults(self) -> None:
+        """Refuse the first of its rows that is no row of numbers."""
+        rows = set() if self.rows is None else set(self.rows.tolist())
+        for row, fault in self.faults.items():
+            if row in rows:
+                raise InputError(f"{self.source}: {fault}")
 
     def row(self, index: int) -> int:
         """Number of a sample's row in the file."""

@@ -27,14 +27,15 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
     Parameters
     ----------
     path, content : name, for messages, and bytes of the file.
-    layout : header, delimiter, decimal mark, what to do with torn rows and missing cells.
+    layout : header, delimiter, decimal mark, what to do with torn rows and missing cells. With a window what is wrong in
+        a row is kept beside it, to be refused where it is used.
     wanted : columns that must be numbers, if they are there; the others may hold words and come out empty. None: all of
         them.
 
     Raises
     ------
     InputError
-        with row and column for a cell that is no number or a row that is too short.
+        with row and column for a cell that is no number or a row that is too short, where there is no window.
     """
     text = _decoded(path, content)
     lines = text.splitlines()
@@ -145,6 +146,14 @@ def _walk(
     values: list[list[float]] = []
     torn = 0
     last = rows[-1][0]
+    faults: dict[int, str] = {}
+
+    def fault(number: int, what: str) -> None:
+        """Refuse a row, or keep what is wrong in it until it is known whether it lies in the window."""
+        if layout.window is None:
+            raise InputError(f"{path}: {what}")
+        faults[number] = what
+
     for number, line in rows:
         row = cells(line)
         if len(row) != len(header):
@@ -152,19 +161,21 @@ def _walk(
                 torn += 1
                 continue
             where = "the last row, so the file seems truncated" if number == last else "the header"
-            raise InputError(f"{path}: row {number} has {len(row)} cells and the header {len(header)}; look at {where}")
+            fault(number, f"row {number} has {len(row)} cells and the header {len(header)}; look at {where}")
+            row = [""] * len(header)
         value: list[float] = []
         for i in use:
             cell = row[i].replace(",", ".") if layout.decimal == "," else row[i]
             if _is_number(cell, "."):
                 value.append(float(cell))
-            elif layout.missing == "drop":
+            elif layout.missing == "drop" or number in faults:
                 value.append(float("nan"))
             else:
                 comma = _is_number(row[i], ",") and '; [read] decimal = "," reads decimal commas'
-                raise InputError(
-                    f"{path}: row {number}, column {header[i]!r}: a number was expected, got {row[i]!r}{comma or ''}"
+                fault(
+                    number, f"row {number}, column {header[i]!r}: a number was expected, got {row[i]!r}{comma or ''}"
                 )
+                value.append(float("nan"))
         kept.append(number)
         values.append(value)
     if not values:
@@ -172,7 +183,7 @@ def _walk(
     table = np.array(values)
     columns = {header[i]: np.ascontiguousarray(table[:, j]) for j, i in enumerate(use)}
     notes = (f"{torn} rows without {len(header)} cells were left out",) if torn else ()
-    return Table(_in_order(columns, header), str(path), np.array(kept, dtype=np.int64), notes=notes)
+    return Table(_in_order(columns, header), str(path), np.array(kept, dtype=np.int64), notes=notes, faults=faults)
 
 
 def _in_order(columns: dict[str, np.ndarray], header: list[str]) -> dict[str, np.ndarray]:

@@ -391,9 +391,11 @@ def _on_clock(columns: Mapping[str, _Column], table: Table, layout: Layout, rate
         time = columns["time"].values
     else:
         assert rate is not None
+        table.refuse_faults()  # counted rows must all be samples
         time = np.arange(n) / rate
     inside = in_window(time, layout.window)
     table, time = table.part(inside), time[inside]
+    table.refuse_faults()
     columns = {
         name: replace(column, readings=column.readings[inside], values=column.values[inside])
         for name, column in columns.items()

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip import _core
 from stickslip.tracking.finding.detections import Array, Detections, Row
@@ -83,7 +82,6 @@ def find_blobs(
     Limits: a marker must be roughly as wide as it is high (up to 1:4, for motion blur), and its contrast must exceed the
     noise about five times.
     """
-    cv2 = vision()
     high, wide = picture.shape
     smallest = math.pi / 4 * (0.5 * size if size else 3.0) ** 2
     largest = math.pi / 4 * (2.0 * size) ** 2 if size else 0.4 * high * wide
@@ -97,7 +95,7 @@ def find_blobs(
     stride = max(1, int(size / FINE)) if size and opening <= 1 else 1
     coarse = np.ascontiguousarray(work[::stride, ::stride])
     areas = smallest / stride**2, largest / stride**2
-    chains = _chains(cv2, coarse, heights, *areas, least_levels if level is None else 1)
+    chains = _chains(coarse, heights, *areas, least_levels if level is None else 1)
     spots = [_outline(chain).times(stride) for chain in sorted(chains, key=len, reverse=True)[:MOST]]
     rows = [_core.spot_centre(picture, work, spot, (level, size, black)) for spot in spots]
     found = Detections.of([row for row in rows if row is not None])
@@ -136,11 +134,6 @@ def look_near(
     return None if found is None else Row(*found)
 
 
-def _above(work: ResponseMap, cut: float) -> ResponseMap:
-    """What lies above a height, 255 there and 0 elsewhere."""
-    return np.asarray(vision().threshold(work, cut, 255, 0)[1])
-
-
 def _smoothed(picture: ResponseMap, size: float | None, opening: int) -> ResponseMap:
     """The picture in which outlines are looked for."""
     if opening > 1:
@@ -162,47 +155,33 @@ def _one_each(found: Detections) -> Detections:
 
 
 def _chains(
-    cv2: Any, work: npt.NDArray[np.uint8], heights: npt.NDArray[np.float64], smallest: float, largest: float, least: int
+    work: ResponseMap, heights: Array, smallest: float, largest: float, least: int
 ) -> list[list[_Spot]]:
     """Spots inside each other, from the highest level down; one list a blob."""
     finished: list[list[_Spot]] = []
-    growing: list[list[_Spot]] = []
-    for level in range(len(heights) - 1, -1, -1):
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(_above(work, heights[level]), connectivity=8, ltype=4)
-        area = stats[:, 4]
-        box = stats[:, 2].astype(float) * stats[:, 3]
-        narrow = np.minimum(stats[:, 2], stats[:, 3]) / np.maximum(stats[:, 2:4].max(axis=1), 1)  # no ground: no size
-        good = (area >= smallest) & (area <= largest) & (area >= 0.45 * box) & (narrow >= 0.25)
-        good[0] = False
-        spots = {
-            int(label): _Spot(float(heights[level]), int(area[label]), *(int(value) for value in stats[label, :4]))
-            for label in np.flatnonzero(good)
-        }
+    growing: list[tuple[list[_Spot], int]] = []  # with the number of the spot below that holds the last one, -1 for none
+    levels = _core.spot_levels(work, heights.tolist(), (smallest, largest))
+    for height, level in zip(heights[::-1].tolist(), levels, strict=True):
+        spots = {number: _Spot(height, *spot[:5]) for number, spot in enumerate(level)}
         parents: dict[int, list[list[_Spot]]] = {}
-        for chain in growing:
-            last = chain[-1]
-            inside = labels[last.top : last.top + last.height, last.left : last.left + last.width]
-            # some pixel of the smaller spot lies in its parent; all of them do, so the most frequent label is it
-            row, column = last.height // 2, last.width // 2
-            label = int(inside[row, column])
-            if label not in spots:
-                label = int(np.bincount(inside.ravel()[inside.ravel() > 0], minlength=1).argmax())
-            spot = spots.get(label)
-            if spot is None or (len(chain) >= LEAST_LEVELS and spot.area > 2.5 * chain[len(chain) // 2].area):
+        for chain, number in growing:
+            if number < 0:
                 finished.append(chain)
-                spots.pop(label, None) if spot is not None else None
+            elif len(chain) >= LEAST_LEVELS and level[number][0] > 2.5 * chain[len(chain) // 2].area:
+                finished.append(chain)
+                spots.pop(number, None)
             else:
-                parents.setdefault(label, []).append(chain)
+                parents.setdefault(number, []).append(chain)
         growing = []
-        for label, children in parents.items():
+        for number, children in parents.items():
             children.sort(key=len, reverse=True)
             finished.extend(children[1:])
-            if label in spots:
-                growing.append([*children[0], spots.pop(label)])
+            if number in spots:
+                growing.append(([*children[0], spots.pop(number)], level[number][5]))
             else:
                 finished.append(children[0])
-        growing.extend([spot] for spot in spots.values())
-    return [chain for chain in finished + growing if len(chain) >= least]
+        growing.extend(([spot], level[number][5]) for number, spot in spots.items())
+    return [chain for chain in finished + [chain for chain, _ in growing] if len(chain) >= least]
 
 
 def _outline(chain: list[_Spot]) -> _Spot:

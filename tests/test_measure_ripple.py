@@ -1,0 +1,110 @@
+"""A ripple of the drive, a base or an instrument that shakes: named, and taken out of the friction."""
+
+import functools
+import math
+
+import numpy as np
+import pytest
+
+from stickslip.identification import identify
+from stickslip.measurement import Rig, measure
+
+DRIVE, LIMIT, KINETIC, NOISE = 0.1, 1.2, 0.7, 2e-3
+STEP, SAMPLES, INNER = 2 * math.pi / 80, 3000, 10
+
+
+def shaken(kind, amplitude, rate, phase, damping):
+    """What is recorded of a block of mass 1 on a spring of 1, and the forces at its releases.
+
+    ``belt``: the belt moves V t + r, ``base``: the base moves r and the camera sees that, ``camera``: only the camera
+    moves, ``puller``: the mass rests on the ground and r is added to the end of the spring.
+    """
+
+    def ripple(t, derivative):
+        turned = rate * t + phase + derivative * math.pi / 2
+        return amplitude * rate**derivative * math.sin(turned)
+
+    drives, bases = kind in ("belt", "puller"), kind == "base"
+
+    def speed(t):
+        return DRIVE + (ripple(t, 1) if drives else 0.0)
+
+    def pushed(t):  # in the frame of the spring's far end
+        return -ripple(t, 2) if bases else ripple(t, 2) if kind == "puller" else 0.0
+
+    def acceleration(t, x, v):
+        return KINETIC - damping * v - x + pushed(t)
+
+    x, v, stuck, h = 0.0, DRIVE, True, STEP / INNER
+    places, forces = [], []
+    for i in range(-600, SAMPLES):
+        places.append(x)
+        for j in range(INNER):
+            t = i * STEP + j * h
+            if stuck:
+                v = speed(t)
+                needed = (ripple(t, 2) if drives else 0.0) + damping * v + x - pushed(t)
+                if needed > LIMIT:
+                    stuck, v = False, v - 1e-12
+                    forces += [needed] * (t > 0)
+                else:
+                    x += (speed(t) + 4 * speed(t + h / 2) + speed(t + h)) * h / 6
+                    continue
+            a1, v1 = acceleration(t, x, v), v
+            a2, v2 = acceleration(t + h / 2, x + h / 2 * v1, v + h / 2 * a1), v + h / 2 * a1
+            a3, v3 = acceleration(t + h / 2, x + h / 2 * v2, v + h / 2 * a2), v + h / 2 * a2
+            a4, v4 = acceleration(t + h, x + h * v3, v + h * a3), v + h * a3
+            x, v = x + h / 6 * (v1 + 2 * v2 + 2 * v3 + v4), v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+            if v >= speed(t + h):
+                stuck, v = True, speed(t + h)
+    time = STEP * np.arange(SAMPLES)
+    seen = amplitude * np.sin(rate * time + phase) if kind in ("base", "camera") else 0.0
+    return time, np.array(places[600:]) + seen, np.array(forces)
+
+
+@functools.cache
+def measured(kind, seed):
+    random = np.random.default_rng(seed)
+    share, rate, phase = random.uniform(0.03, 0.25), random.uniform(1.5, 12), random.uniform(0, 6)
+    damping = 0.0 if kind == "puller" else 0.05
+    time, x, forces = shaken(kind, share * DRIVE / rate, rate, phase, damping)
+    rig = Rig(
+        instrument="spring_force" if kind == "puller" else "displacement",
+        column="x", unit="1", stiffness=1, mass=1, damping=damping, drive_velocity=DRIVE,
+    )  # fmt: skip
+    friction = measure({"t": time, "x": x + NOISE * random.standard_normal(SAMPLES)}, rig)
+    return friction, rate, forces
+
+
+KINDS = ["belt", "base", "camera", "puller"]
+SEEDS = [101, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(102, 107))]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_line_of_the_sticks_is_named_and_no_creep(kind, seed):
+    friction, rate, forces = measured(kind, seed)
+    assert friction.attrs["creeps"] == 0
+    (said,) = [note for note in friction.attrs["notes"] if "alike in all sticks" in note]
+    assert f" at {rate / (2 * math.pi):.2g}"[:-1] in said
+    assert ("the slips do not" in said) == (kind in ("belt", "base"))
+    assert abs(len(friction["break_away"]["t"]) - len(forces)) <= 1
+    found = identify(friction, law="StaticKinetic").parameters
+    off = abs(found.loc["break_away", "value"] - forces.mean())
+    assert off < 1.5 * (found.loc["break_away", "high"] - found.loc["break_away", "low"]) / 2
+    assert off < 0.03  # was up to 0.2
+    assert found.loc["kinetic", "value"] == pytest.approx(KINETIC, abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_without_a_ripple_none_is_said(kind):
+    random = np.random.default_rng(7)
+    damping = 0.0 if kind == "puller" else 0.05
+    time, x, forces = shaken(kind, 0.0, 3.0, 0.0, damping)
+    rig = Rig(
+        instrument="spring_force" if kind == "puller" else "displacement",
+        column="x", unit="1", stiffness=1, mass=1, damping=damping, drive_velocity=DRIVE,
+    )  # fmt: skip
+    friction = measure({"t": time, "x": x + NOISE * random.standard_normal(SAMPLES)}, rig)
+    assert not any("alike in all sticks" in note for note in friction.attrs["notes"])
+    assert float(friction["break_away"]["force"].mean()) == pytest.approx(forces.mean(), abs=2e-3)
