@@ -340,7 +340,7 @@ class Instrument:
         units: dict[str, str] = {}
         names: dict[str, str] = {}
         readings: dict[str, Array] = {}
-        lengths = False
+        lengths, taken = False, []
         for name, channel in channels.items():
             columns = channel.column if isinstance(channel.column, tuple) else (channel.column,)
             found = [table.name_of(column) for column in columns]
@@ -349,13 +349,17 @@ class Instrument:
                 raw = np.where((raw >= channel.valid[0]) & (raw <= channel.valid[1]), raw, np.nan)
             # What a scale turns into the channel's unit has another one in the file.
             stated = table.unit_of(found[0]) if abs(channel.scale) == 1 else table.units.get(found[0])
-            table.refuse_unit(found[0], channel.unit, stated, f'unit = "{{}}" for {name}')
+            if abs(channel.scale) == 1:
+                table.refuse_unit(found[0], channel.unit, stated, f'unit = "{{}}" for {name}')
+            if not channel.unit and stated and stated != "px" and stated != si_unit(dimensions[name][0]):
+                taken.append(f"column {found[0]!r} was read in {stated}, as the record says; the rig gives no unit for {name}")
             unit = channel.unit or stated or si_unit(dimensions[name][0])
             dimension, size = find_unit(unit, dimensions[name], name)
             values[name] = channel.calibrated(raw, f"{table.source}: {name}") * size
             units[name], names[name], readings[name] = si_unit(dimension), found[0], raw
             # the rig states the size of a pixel itself
             lengths = lengths or (dimension in LENGTHS and stated != "px")
+        table = replace(table, notes=(*table.notes, *taken))
         samples = _on_clock(values, units, names, readings, table, layout, rate, channels, self.optional, least)
         if not lengths or not table.scale_error:
             return samples
