@@ -162,6 +162,21 @@ def notes_of(records: Sequence[Samples]) -> list[str]:
     return [f"{Path(record.source).name}: {note}" for record in records for note in record.notes]
 
 
+def each_once(records: Sequence[Samples]) -> list[Samples]:
+    """The records without those that hold the samples of another: counted twice they would make the errors too small."""
+    kept: list[Samples] = []
+    for record in records:
+        for i, one in enumerate(kept):
+            if one.channels.keys() == record.channels.keys() and all(
+                np.array_equal(values, record[name], equal_nan=True) for name, values in one.channels.items()
+            ):
+                kept[i] = replace(one, notes=(*one.notes, f"{record.source} holds the same samples: they count once"))
+                break
+        else:
+            kept.append(record)
+    return kept
+
+
 @dataclass(frozen=True)
 class Bench:
     """A rig of any instrument but the spring's, as its file says it.
