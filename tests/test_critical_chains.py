@@ -217,3 +217,18 @@ def test_stick_slip_is_followed_beyond_where_a_run_from_rest_loses_it():
         end = orbit.at(orbit.t_end)
         sticks = bool((orbit.events.query("t > 30").kind == "capture").any())
         assert sticks == (speed < found["end_of_stick_slip"])
+
+
+def test_steady_slip_that_is_unstable_at_every_speed_is_said(tmp_path, capsys):
+    # Two modes that friction couples: K is not symmetric beyond what its difference of diagonals bears, so they flutter.
+    stiffness = np.array([[1.0, 0.5], [-0.5, 1.1]])
+    system = ss.System([1.0, 1.0], stiffness, 0.01, ss.Contact(0, ss.laws.Coulomb(0.1), 0.3))
+    squares = np.linalg.eigvals(-stiffness)
+    assert np.sqrt(squares + 0j).real.max() > 0.1
+    found = ss.critical_velocities(system, (0.2, 0.6))
+    assert found.unstable == (0.2, 0.6)
+    assert "steady slip is unstable at every speed from 0.2 to 0.6" in repr(found)
+    (tmp_path / "system.toml").write_text(system.to_toml())
+    assert main(["critical", str(tmp_path / "system.toml"), "--between", "0.2:0.6"]) == 0
+    assert "steady slip is unstable at every speed from 0.2 to 0.6" in capsys.readouterr().out
+    assert ss.critical_velocities(ss.System([1.0], [[1.0]], 0.1, ss.Contact(0, ss.laws.Coulomb(0.1), 0.3)), (0.2, 0.3)).unstable is None

@@ -392,3 +392,14 @@ def test_the_form_of_the_law_is_chosen_or_named_among_those_that_do_as_well(form
         assert form in (found.chosen, *found.alternatives)
         ends = [float(found.fits[name](10 * t_s.max())) for name in (found.chosen, *found.alternatives)]
         assert re.search(r"fitted numbers ([\d.]+ to [\d.]+);", said)[1] == f"{min(ends):.4g} to {max(ends):.4g}"
+
+
+def test_forms_that_part_far_beyond_the_rests_are_not_extrapolated():
+    notes = ""
+    for seed in range(4):
+        random = np.random.default_rng(seed)
+        t_s = random.uniform(1, 1.4, 30)
+        notes += " ".join(fit_static_friction(friction(t_s, t_s**2 + 0.02 * random.standard_normal(30))).notes)
+    said = re.findall(r"with their fitted numbers (\S+) to ([^;]+);", notes)
+    assert all(0 < float(high) <= 2 * float(low) for low, high in said)
+    assert "none of them is to be extrapolated beyond the rests of the record" in notes

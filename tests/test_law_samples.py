@@ -93,3 +93,8 @@ def test_a_law_made_by_hand_is_saved_with_or_without_its_covariance(tmp_path: Pa
     assert tomllib.loads((tmp_path / "law.toml").read_text(encoding="utf-8"))["units"] == units
     assert again.covariance.equals(law.covariance)
     assert not known or len(again.sample(3, seed=0)) == 3
+
+
+def test_a_seed_that_is_missing_is_asked_for():
+    with pytest.raises(ss.InputError, match="a seed is missing.*write seed=0"):
+        LAW.with_covariance(COVARIANCE).sample(3)

@@ -182,7 +182,7 @@ def test_a_matlab_file_named_csv_is_refused(tmp_path, capsys) -> None:
     [
         (SPRING.replace('"m"', '"bar"'), "unit of a displacement record must be one of m, 1, cm"),
         (SPRING.replace("mass = 1.0", "mass = -1"), "mass must be a positive number, got -1"),
-        (SPRING.replace("mass = 1.0", 'mass = "1 N"'), "mass: the unit must be one of kg, g, got 'N'"),
+        (SPRING.replace("mass = 1.0", 'mass = "1 N"'), "mass: the unit must be one of kg, g, lb, got 'N'"),
         (SPRING + "stifness = 1\n", "unknown key 'stifness' (did you mean 'stiffness'?)"),
         (SPRING.replace('"displacement"', "displacement"), "not a TOML document"),
         ("", "instrument is missing"),
@@ -227,8 +227,10 @@ def test_a_record_in_which_nothing_moves_is_refused(tmp_path, capsys, instrument
 def test_pressures_around_zero_are_measured(tmp_path, capsys) -> None:
     # a suction of 1 Pa on every run: neither an endless search for repetitions nor a refusal
     (tmp_path / "rig.toml").write_text(other("cylinder"))
-    (tmp_path / "r.csv").write_text(rows(x=0.02 + 0.015 * X))
-    assert main(["measure", *[str(tmp_path / "r.csv")] * 2, "--rig", str(tmp_path / "rig.toml")]) == 0
+    records = [tmp_path / "r.csv", tmp_path / "s.csv"]
+    for path, shift in zip(records, (0.02, 0.0201), strict=True):
+        path.write_text(rows(x=shift + 0.015 * X))
+    assert main(["measure", *map(str, records), "--rig", str(tmp_path / "rig.toml")]) == 0
     assert "over 2 runs repeated at one pressure" in capsys.readouterr().out
 
 

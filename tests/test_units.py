@@ -157,3 +157,34 @@ def test_python_and_the_command_line_choose_the_same_law(tmp_path):
 def test_torque_of_the_oil_field_is_known_by_its_own_name():
     for name in ("klbf-ft", "klbf ft", "kip-ft"):
         assert find_unit(name, ("force", "torque"), "rig") == ("torque", pytest.approx(1355.8179483))
+
+
+@pytest.mark.parametrize(
+    "written",
+    ['stiffness = "600 N m/rad"', 'drive_velocity = "3 rpm"', 'mass = "1.2 kg m^2"', 'damping = "1 N m s/rad"'],
+)
+def test_units_of_a_mass_that_turns_do_not_go_with_those_of_one_that_moves_along_a_line(tmp_path, written):
+    path, name = tmp_path / "system.toml", written.partition(" ")[0]
+    lines = [written if line.startswith(f"{name} ") else line for line in SYSTEM.splitlines()]
+    path.write_text("\n".join(lines))
+    with pytest.raises(ss.InputError, match="is of a mass that turns and .* of one that moves along a line"):
+        ss.load_system(path)
+
+
+def test_a_system_that_turns_is_read(tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text(
+        'mass = "1.2 kg m^2"\nstiffness = "600 N m/rad"\ndamping = 1\ndrive_velocity = "3 rpm"\n'
+        'forcing = { amplitude = "1 N m", frequency = "2 rad/s", phase = "90 deg" }\n'
+        'law = { type = "Coulomb", kinetic = "6 N m" }\n[simulation]\nx0 = "5 deg"\n'
+    )
+    assert ss.load_system(path).drive_velocity == pytest.approx(np.pi / 10)
+
+
+def test_a_mass_in_pounds_is_no_force(tmp_path):
+    path = tmp_path / "system.toml"
+    path.write_text(SYSTEM.replace('mass = "1200 g"', 'mass = "2 lb"'))
+    assert ss.load_system(path).mass == pytest.approx(0.90718474)
+    path.write_text(SYSTEM.replace('mass = "1200 g"', 'mass = "2 lbf"'))
+    with pytest.raises(ss.InputError, match="mass: the unit must be one of kg, g, lb"):
+        ss.load_system(path)

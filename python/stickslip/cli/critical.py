@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> None:
         hidden = [[point.kind, point.parameter] for point in found.not_shown]
         neutral = [list(item) for item in found.neutral]
         brackets = [list(item) for item in found.brackets]
-        rest = {"not_shown": hidden, "neutral": neutral, "finished": found.finished, "brackets": brackets}
+        rest = {"not_shown": hidden, "neutral": neutral, "finished": found.finished, "brackets": brackets, "unstable": found.unstable}
         say_json(all_of_them | rest | ({"intervals": spread} if options.samples is not None else {}))
         return
     natures = {("hopf", value): f", {word}" for value, word in found.criticalities}
@@ -58,6 +58,9 @@ def run(options: argparse.Namespace) -> None:
         say(f"{kind.replace('_', ' ') + ' ':20s}{value:.12g}{nature}")
     if not found:
         say("none in this range" if found.finished else "none confirmed so far")
+    if found.unstable:
+        low, high = found.unstable
+        say(f"steady slip is unstable at every speed from {low:.6g} to {high:.6g}")
     for name, low, high in found.brackets:
         say(f"{name.replace('_', ' ') + ' ':20s}between {low:.12g} and {high:.12g} (not confirmed)")
     for point in found.not_shown:

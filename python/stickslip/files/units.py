@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from stickslip.errors import InputError
 from stickslip.files.checks import number
@@ -28,7 +28,7 @@ UNITS: dict[str, dict[str, float]] = {
     "torque": {"N m": 1.0, "mN m": 1e-3, "kN m": 1e3, "lb in": POUND * 0.0254, "lb ft": POUND * 0.3048},
     "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "psi": POUND / 0.0254**2},
     "current": {"A": 1.0, "mA": 1e-3},
-    "mass": {"kg": 1.0, "g": 1e-3},
+    "mass": {"kg": 1.0, "g": 1e-3, "lb": 0.45359237},
     "inertia": {"kg m^2": 1.0, "kg cm^2": 1e-4},
     "acceleration": {"m/s^2": 1.0},
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "N/cm": 1e2},
@@ -156,9 +156,9 @@ def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, fl
     """
     if not isinstance(unit, str):
         raise InputError(f"{where}: the unit must be a text such as {si_unit(dimensions[0])!r}, got {unit!r}")
-    unit = SPELLINGS.get(unit, unit)
+    written, unit = unit, SPELLINGS.get(unit, unit)
     for dimension in dimensions:
-        if unit in UNITS[dimension]:
+        if unit in UNITS[dimension] and not (dimension == "mass" and written == "lbf"):
             return dimension, UNITS[dimension][unit]
     compound = _size(unit)
     for dimension in dimensions:
@@ -222,6 +222,49 @@ def quantity(name: str, value: object, dimensions: Sequence[str], where: str) ->
     if not abs(result) <= FARTHEST:
         raise InputError(f"{where}: {name} must be a finite number of at most {FARTHEST:g}, got {value!r}")
     return result
+
+
+STRAIGHT = ("force", "speed", "mass", "stiffness", "damping", "force_rate", "per_length", "per_speed", "length")
+TURNING = ("torque", "angular_speed", "inertia", "torsional_stiffness", "torsional_damping", "angle")
+"""Dimensions of what moves along a line, and of what turns about an axis."""
+
+
+def check_one_kind(table: Mapping[str, object], where: str) -> None:
+    """Refuse a document that has units of a mass that moves along a line beside those of one that turns.
+
+    Frequencies and phases have their units in either. Masses of both kinds in one document are believed.
+
+    >>> check_one_kind({"mass": "1 kg", "stiffness": "600 N m/rad"}, "a.toml")
+    Traceback (most recent call last):
+    stickslip.errors.InputError: a.toml: stiffness = '600 N m/rad' is of a mass that turns and mass = '1 kg' of one that moves along a line; ...
+    """
+    found: dict[bool, tuple[str, str]] = {}
+    masses: set[bool] = set()
+
+    def look(value: object, key: str) -> None:
+        if isinstance(value, Mapping):
+            for name, item in value.items():
+                look(item, str(name))
+        elif isinstance(value, list | tuple):
+            for item in value:
+                look(item, key)
+        elif isinstance(value, str) and key not in ("frequency", "phase"):
+            try:
+                dimension = find_unit(value.strip().partition(" ")[2].strip(), (*STRAIGHT, *TURNING), where)[0]
+            except InputError:
+                return  # no quantity, or one that who reads it will refuse
+            turns = dimension in TURNING
+            found.setdefault(turns, (key, value))
+            if key == "mass":
+                masses.add(turns)
+
+    look(table, "")
+    if len(found) == 2 and len(masses) < 2:
+        (turning, turned), (straight, moved) = found[True], found[False]
+        raise InputError(
+            f"{where}: {turning} = {turned!r} is of a mass that turns and {straight} = {moved!r} of one that moves along a "
+            "line; write all in N, m and kg, or all in N m, rad and kg m^2"
+        )
 
 
 def rounded(value: float, error: float) -> str:

@@ -170,7 +170,7 @@ class FrictionRecord(InNotebook):
 
 
 def read_records(friction: Any) -> list[FrictionRecord]:
-    """Friction records from a DataTree, the path of a friction file, or a list of either.
+    """Friction records from a DataTree, the path of a friction file, or a list of either; equal ones count once.
 
     Raises
     ------
@@ -182,7 +182,21 @@ def read_records(friction: Any) -> list[FrictionRecord]:
         raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
     records = [_read(item, number) for number, item in enumerate(items, start=1)]
     check_same_units((record.name, record.units) for record in records)
-    return records
+    return _each_once(records)
+
+
+def _each_once(records: list[FrictionRecord]) -> list[FrictionRecord]:
+    """The records without those that hold the samples of another: counted twice they would make the intervals too narrow."""
+    kept: list[FrictionRecord] = []
+    for record in records:
+        for i, one in enumerate(kept):
+            if np.array_equal(one.force, record.force) and np.array_equal(one.slip_velocity, record.slip_velocity):
+                note = f"{record.name} holds the same samples: they count once"
+                kept[i] = replace(one, attrs={**one.attrs, "notes": [*one.notes, note]})
+                break
+        else:
+            kept.append(record)
+    return kept
 
 
 def stated_units(data: xr.Dataset) -> dict[str, str]:

@@ -222,7 +222,7 @@ class Law(Document):
 
     _uncertainty: ClassVar[tuple[Any, ...] | None] = None
 
-    def sample(self, n: int, seed: int) -> list[Self]:
+    def sample(self, n: int, seed: int | None = None) -> list[Self]:
         """Laws that may as well be: drawn from the covariance of the fitted numbers.
 
         The fitted numbers are drawn from a normal distribution, those known by their ratio (:mod:`stickslip.laws.facts`) by
@@ -231,7 +231,7 @@ class Law(Document):
         Parameters
         ----------
         n : how many laws, at least 1.
-        seed : of the random numbers; the same seed gives the same laws.
+        seed : of the random numbers, which must be given; the same seed gives the same laws.
 
         Raises
         ------
@@ -248,6 +248,8 @@ class Law(Document):
         from stickslip.laws.numbers import Spread
 
         whole_number("n", n, "sample")
+        if seed is None:
+            raise InputError("sample: a seed is missing, the same seed gives the same laws; write seed=0, say")
         whole_number("seed", seed, "sample", least=0)
         if self.covariance.empty:
             raise InputError(

@@ -27,6 +27,7 @@ from stickslip.measurement.consistency import (
 from stickslip.measurement.force import Friction, fit_pieces, friction_force
 from stickslip.measurement.hidden_fall import with_hidden_fall
 from stickslip.measurement.instruments import INSTRUMENTS, Bench
+from stickslip.measurement.instruments.instrument import each_once
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import Record, as_record
 from stickslip.measurement.recalibration import Draft, another_drive_velocity, most_mistaken, recalibrated, rigid_sticks
@@ -123,7 +124,7 @@ def measure(
         records = record if isinstance(record, list | tuple) else [record]
         if not records:
             raise InputError("measure: a record or a list of records was expected, got an empty list")
-        samples = [instrument.read(one, rig) for one in records]
+        samples = each_once([instrument.read(one, rig) for one in records])
         tree = instrument.measure(samples, rig)
         if scale_error := max(one.scale_error for one in samples):
             tree.attrs["scale_error"] = scale_error

@@ -18,7 +18,7 @@ from stickslip.errors import InputError
 from stickslip.files.checks import check_keys
 from stickslip.files.disk import read_toml
 from stickslip.files.schema import Count, Document, Kind, Limits, Point, Says, complete, kind_of
-from stickslip.files.units import TEXTS, quantity
+from stickslip.files.units import TEXTS, check_one_kind, quantity
 from stickslip.laws.law import Law, load_law
 from stickslip.laws.numbers import replaced
 from stickslip.laws.state_law import StateLaw
@@ -511,6 +511,7 @@ def load_system_document(path: str | Path) -> tuple[Oscillator | System, dict[st
     simulation = document.pop("simulation", {})
     where = f"{path}: simulation"
     check_keys(simulation, SIMULATION, (), where)
+    check_one_kind({**document, "simulation": simulation}, str(path))
     simulation = {key: kind_of(SIMULATION[key]).read(value, key, where) for key, value in simulation.items()}
     contacts = document.get("contacts")
     for table in [document, *(contacts if isinstance(contacts, list) else [])]:

@@ -67,7 +67,8 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     that repel: there it is the set of starts which lead to each motion that
     changes. Not `finished` is a search that ended after its limit of time, with what it had confirmed; `brackets` has (name,
     low, high) of what runs from rest show by then, where nothing that is confirmed explains it: stick-slip ends or begins
-    between two speeds. Of several masses also a search that is finished may leave some.
+    between two speeds. Of several masses also a search that is finished may leave some. `unstable` is the range of drive
+    velocities where steady slip is unstable at every one of them, else None.
     """
 
     all: tuple[tuple[str, float], ...]
@@ -76,6 +77,7 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     neutral: tuple[tuple[float, float], ...] = ()
     finished: bool = True
     brackets: tuple[tuple[str, float, float], ...] = ()
+    unstable: tuple[float, float] | None = None
 
     def __getitem__(self, name: str) -> float:
         values = [value for kind, value in self.all if kind == name]
@@ -112,13 +114,19 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
         return (
             found
             | ({"neutral slip": ranges} if ranges else {})
+            | ({"steady slip": f"unstable {self._everywhere()}"} if self.unstable else {})
             | ({"on cycles, not shown by runs": hidden} if hidden else {})
             | {f"{name}, not confirmed": f"{low:.6g} to {high:.6g}" for name, low, high in self.brackets}
             | ({} if self.finished else {"finished": False})
         )
 
+    def _everywhere(self) -> str:
+        low, high = self.unstable or (math.nan, math.nan)
+        return f"at every speed from {low:.6g} to {high:.6g}"
+
     def __repr__(self) -> str:
         said = [f"{kind} {value:.12g}" for kind, value in self.all] or ["none"]
+        said += [f"steady slip is unstable {self._everywhere()}"] if self.unstable else []
         said += [f"neutral slip from {low:.12g} to {high:.12g}" for low, high in self.neutral]
         said += [f"{point.kind} {point.parameter:.12g} on a cycle (not shown by runs)" for point in self.not_shown]
         said += [f"{name} between {low:.12g} and {high:.12g} (not confirmed)" for name, low, high in self.brackets]
@@ -222,6 +230,9 @@ def critical_velocities(
     steady, neutral = steady_changes(system, _PATH, (low, high))
     smooth = [value for kind, value in steady if kind == "hopf"]
     natures = tuple((value, criticality(system, _PATH, value)) for value in smooth)
+    looked = [] if steady or neutral else [steady_slip(with_number(system, _PATH, v)) for v in np.linspace(low, high, 5)]
+    everywhere = bool(looked) and all(state is not None and state.growth > 0 for state in looked)
+    unstable = (low, high) if everywhere else None
     found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
     watch = _Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))
@@ -235,14 +246,14 @@ def critical_velocities(
             stacklevel=2,
         )
         brackets = _brackets(sweeps[0], found)
-        return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral), False, brackets)
+        return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral), False, brackets, unstable)
     if isinstance(system, Oscillator):
         found += [("end_of_stick_slip", max(ends))] if ends else []
-        return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral))
+        return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral), unstable=unstable)
     # Stick-slip of several masses may end and begin again, and what does so may not be told from a transient.
     found += [("end_of_stick_slip", value) for value in sorted(set(ends))]
     return CriticalVelocities(
-        tuple(found), natures, tuple(points), tuple(neutral), brackets=_brackets(sweeps[0], found)
+        tuple(found), natures, tuple(points), tuple(neutral), brackets=_brackets(sweeps[0], found), unstable=unstable
     )
 
 

@@ -45,6 +45,8 @@ OF_STICK_TIME = (
 """Forms in which the force rate does not stand."""
 UNDETERMINED = 1e-5
 """Numbers of a form of which a combination changes the forces less than this part of what each does alone are not told."""
+FAR_APART = 2
+"""Forms that part by more than this factor at ten times the longest rest say nothing of it."""
 NEAR = 4.0
 """Forms whose criterion is within this of the lowest do as well: the likelihoods differ by less than e² for one number."""
 EVALUATIONS = 150
@@ -138,10 +140,15 @@ class StaticFriction(Result):
             return []
         longest = 10 * float(self.rows["stick_time"].max())
         forces = [float(self.fits[form](longest)) for form in (self.chosen, *self.alternatives)]
+        alike = f"These break-aways do not tell the {self.chosen} form from: {', '.join(self.alternatives)}."
+        if not 0 < max(forces) <= FAR_APART * min(forces):
+            return [
+                f"{alike} At ten times the longest rest they part by more than a factor of {FAR_APART:g}: none of them is to "
+                "be extrapolated beyond the rests of the record; rests of other lengths tell them apart."
+            ]
         return [
-            f"These break-aways do not tell the {self.chosen} form from: {', '.join(self.alternatives)}. After a rest of "
-            f"{longest:.3g}, ten times the longest, they have with their fitted numbers {min(forces):.4g} to "
-            f"{max(forces):.4g}; rests of other lengths tell them apart."
+            f"{alike} After a rest of {longest:.3g}, ten times the longest, they have with their fitted numbers "
+            f"{min(forces):.4g} to {max(forces):.4g}; rests of other lengths tell them apart."
         ]
 
     @property

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.errors import InputError
+from stickslip.files.units import unit_in_name
 from stickslip.measurement.formats.table import Table, whole_name
 from stickslip.measurement.rigs.layout import DELIMITERS, Layout
 
@@ -65,7 +66,8 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
         words = cells(above[-1].lstrip("# \t")) if above else []
         if len(words) == len(header) > 1 and not any(_is_number(word, layout.decimal) for word in words):
             header, rows = words, [(rows[0][0] - 1, above[-1]), *rows]
-    units: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    units: dict[str, str] = {}
     if layout.header:
         first_row, rows = rows[0][0], rows[1:]
         if all(_is_number(name, layout.decimal) for name in header if name):
@@ -80,7 +82,7 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
         header = [name or str(i) for i, name in enumerate(header, start=1)]
         if wanted is not None:
             wanted = [whole_name(column, header) or column for column in wanted]
-            rows, units = _below_header(path, first_row, header, rows, wanted, cells)
+            rows, units, notes = _below_header(path, first_row, header, rows, wanted, cells)
         unnamed = {i for i, name in enumerate(header) if name == str(i + 1)}
     else:
         header = [str(i) for i in range(1, len(header) + 1)]
@@ -101,11 +103,11 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
         # loadtxt does not mind rows that are too long; count the cells only where that is cheap and matters
         if delimiter is None or all(line.count(delimiter) == rows[0][1].count(delimiter) for _, line in rows):
             columns = {header[i]: np.ascontiguousarray(table[:, j]) for j, i in enumerate(use)}
-            return Table(_in_order(columns, header), str(path), numbers, notes=units)
+            return Table(_in_order(columns, header), str(path), numbers, notes=notes, units=units)
     except ValueError:
         pass
     walked = _walk(path, rows, header, use, cells, layout)
-    return replace(walked, notes=units + walked.notes)
+    return replace(walked, notes=notes + walked.notes, units=units)
 
 
 def _below_header(
@@ -115,8 +117,8 @@ def _below_header(
     rows: list[tuple[int, str]],
     wanted: Collection[str | int],
     cells: Callable[[str], list[str]],
-) -> tuple[list[tuple[int, str]], tuple[str, ...]]:
-    """The rows of numbers below a header line, and a note where the first of them held units."""
+) -> tuple[list[tuple[int, str]], dict[str, str], tuple[str, ...]]:
+    """The rows of numbers below a header line; where the first of them held units, those that are known, and a note."""
     names = {name for name in wanted if isinstance(name, str)}
     if not names & set(header):
         for number, line in rows[:HEADER_LINES]:
@@ -129,8 +131,13 @@ def _below_header(
     if len(rows) > 1 and len(below) == len(header) and not any(any(c.isdigit() for c in cell) for cell in below):
         unlike = [cell for cell in below if cell and cell.lower() not in ("nan", "inf", "-inf")]
         if len(unlike) > 1:
-            return rows[1:], (f"row {rows[0][0]} has no number in it ({', '.join(unlike)}): it was taken for units",)
-    return rows, ()
+            words = {name: cell.strip(" []()") for name, cell in zip(header, below, strict=True) if cell in unlike}
+            units = {name: unit for name, word in words.items() if (unit := unit_in_name(f"[{word}]"))}
+            note = f"row {rows[0][0]} has no number in it ({', '.join(unlike)}): it was taken for units"
+            if strange := [word for name, word in words.items() if name not in units and name in names]:
+                note += f"; {', '.join(strange)} is none that is known, so give the unit of that column in the rig"
+            return rows[1:], units, (note,)
+    return rows, {}, ()
 
 
 def _walk(

@@ -162,6 +162,21 @@ def notes_of(records: Sequence[Samples]) -> list[str]:
     return [f"{Path(record.source).name}: {note}" for record in records for note in record.notes]
 
 
+def each_once(records: Sequence[Samples]) -> list[Samples]:
+    """The records without those that hold the samples of another: counted twice they would make the errors too small."""
+    kept: list[Samples] = []
+    for record in records:
+        for i, one in enumerate(kept):
+            if one.channels.keys() == record.channels.keys() and all(
+                np.array_equal(values, record[name], equal_nan=True) for name, values in one.channels.items()
+            ):
+                kept[i] = replace(one, notes=(*one.notes, f"{record.source} holds the same samples: they count once"))
+                break
+        else:
+            kept.append(record)
+    return kept
+
+
 @dataclass(frozen=True)
 class Bench:
     """A rig of any instrument but the spring's, as its file says it.
@@ -337,7 +352,7 @@ class Instrument:
         table = one_segment(table, layout, None if isinstance(clock, tuple) else clock)
         dimensions = {"time": ("time",), **self.channels, **self.optional}
         found: dict[str, _Column] = {}
-        lengths = False
+        lengths, taken = False, []
         for name, channel in channels.items():
             columns = channel.column if isinstance(channel.column, tuple) else (channel.column,)
             names = [table.name_of(column) for column in columns]
@@ -346,7 +361,10 @@ class Instrument:
                 raw = np.where((raw >= channel.valid[0]) & (raw <= channel.valid[1]), raw, np.nan)
             # What a scale turns into the channel's unit has another one in the file.
             stated = table.unit_of(names[0]) if abs(channel.scale) == 1 else table.units.get(names[0])
-            table.refuse_unit(names[0], channel.unit, stated, f'unit = "{{}}" for {name}')
+            if abs(channel.scale) == 1:
+                table.refuse_unit(names[0], channel.unit, stated, f'unit = "{{}}" for {name}')
+            if not channel.unit and stated and stated != "px" and stated != si_unit(dimensions[name][0]):
+                taken.append(f"column {names[0]!r} was read in {stated}, as the record says; the rig gives no unit for {name}")
             unit = channel.unit or stated or si_unit(dimensions[name][0])
             dimension, size = find_unit(unit, dimensions[name], name)
             values = channel.calibrated(raw, f"{table.source}: {name}") * size
@@ -355,6 +373,7 @@ class Instrument:
             found[name] = _Column(names[0], channel, si_unit(dimension), raw, values, core)
             # the rig states the size of a pixel itself
             lengths = lengths or (dimension in LENGTHS and stated != "px")
+        table = replace(table, notes=(*table.notes, *taken))
         samples = _on_clock(found, table, layout, rate, least)
         if not lengths or not table.scale_error:
             return samples
