@@ -234,3 +234,21 @@ def rounded(value: float, error: float) -> str:
         return f"{value:.5g}"
     digits = max(0, 1 - math.floor(math.log10(error)))
     return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def to_error(values: Sequence[float], error: float) -> list[str]:
+    """Values in the digits that one error allows: two of its digits, five of each value where the error is not known.
+
+    >>> to_error([5.99883, 5.99578, 0.0015245], 0.0015245), to_error([2.0192e-05], 1.3132e-7)
+    (['5.9988', '5.9958', '0.0015'], ['2.019e-05'])
+    >>> to_error([0.035643, math.inf], math.inf)
+    ['0.035643', 'inf']
+    """
+    if not (math.isfinite(error) and error > 0):
+        return [f"{value:.5g}" for value in values]
+    last = math.floor(math.log10(error)) - 1  # power of ten of the last digit
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    if largest >= 1e-4 and last >= -12:
+        return [f"{value:.{max(0, -last)}f}" for value in values]
+    powers = [math.floor(math.log10(abs(value))) if value and math.isfinite(value) else last for value in values]
+    return [f"{value:.{max(0, power - last)}e}" for value, power in zip(values, powers, strict=True)]

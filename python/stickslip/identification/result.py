@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.files.disk import write_text
-from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.static.break_away import StaticFriction
@@ -116,7 +116,7 @@ class Identification(Result):
 
     def tables(self) -> list[str]:
         """The numbers and the misfit."""
-        table = self.shown().to_string(float_format=lambda number: f"{number:.5g}")
+        table = in_digits(self.shown()).to_string()
         return [table, " ".join(self.misfit())]
 
     def misfit(self) -> tuple[str, str]:

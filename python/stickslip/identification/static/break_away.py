@@ -18,7 +18,7 @@ from stickslip.errors import InputError
 from stickslip.files.disk import write_text
 from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
-from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, own_error, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.static.forms import BY_RATIO, ONSET, OWN_LEVEL, Form, forms
@@ -178,7 +178,7 @@ class StaticFriction(Result):
     def tables(self) -> list[str]:
         """The numbers of all forms."""
         tables = pd.concat({name: fit.parameters for name, fit in self.fits.items()}, names=["form", "parameter"])
-        return [tables.to_string(float_format=lambda number: f"{number:.5g}")]
+        return [in_digits(tables).to_string()]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words: the chosen form, all forms with their parameters, notes."""
