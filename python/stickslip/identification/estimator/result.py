@@ -89,7 +89,9 @@ def in_digits(table: pd.DataFrame) -> pd.DataFrame:
     ['5.9988', '0.0015', '5.9958', '6.0019']
     """
     numbers = [name for name in ("value", "error", "low", "high") if name in table]
-    texts = [to_error(row, error) for row, error in zip(table[numbers].to_numpy(float), table["error"], strict=True)]
+    texts = [
+        to_error(row, error) for row, error in zip(table[numbers].to_numpy(float).tolist(), table["error"], strict=True)
+    ]
     return table.assign(**dict(zip(numbers, map(list, zip(*texts, strict=True)), strict=True)) if texts else {})
 
 
