@@ -124,6 +124,7 @@ def test_sentences_are_short(page):
     mean = sum(len(sentence.split()) for sentence in sentences) / len(sentences)
     longest = max(sentences, key=lambda sentence: len(sentence.split()))
     assert mean < 18, longest
+    assert len(longest.split()) <= 25, longest
 
 
 #: Private words, each with the standard one beside it; those of everyday English that also have a plain use are left out.

@@ -136,6 +136,37 @@ def test_laws_of_every_kind_can_be_taken_by_hand(opened, law):
     assert opened.run("JSON.stringify(explorer.state.system.law)") != before
 
 
+def test_friction_of_rock_takes_a_second_state_and_another_evolution(opened):
+    def field(words):
+        label = f"find((one) => one.textContent.startsWith('{words}'))"
+        return f"[...document.querySelectorAll('label.line')].{label}.querySelector('input, select')"
+
+    def law():
+        opened.run(FRAME)
+        found = opened.run("explorer.state.system.law")
+        return tuple(found[name] for name in ("law", "second_b", "second_length", "cutoff_velocity"))
+
+    def sliders():
+        return opened.run("[...document.querySelectorAll('.number i')].map((one) => one.textContent)")
+
+    opened.run("explorer.change([['system.law', explorer.data.laws.RateState.example], ['system.law.b', 0.012]])")
+    opened.run(f"{field('second state')}.click()")
+    assert law() == ("aging", 0.006, 0.1, None)
+    assert {"b₂", "L₂"} <= set(sliders())
+    for word, cutoff in (("composite", 1), ("slip", None)):
+        opened.run(f"{field('evolution')}.value = '{word}', {field('evolution')}.dispatchEvent(new Event('change'))")
+        assert law() == (word, 0.006, 0.1, cutoff)
+        assert ("V_c" in sliders()) == (cutoff is not None)
+        # The package takes what the page made of it.
+        assert ss.laws.RateState.from_dict(
+            {key: value for key, value in opened.run("explorer.state.system.law").items() if value is not None}
+        )
+    # It starts at rest, which this integration does not leave: no motion is named.
+    assert facts(opened).startswith("Not settled")
+    opened.run(f"{field('second state')}.click()")
+    assert law() == ("slip", None, None, None)
+
+
 @pytest.mark.slow
 def test_pencils_go_to_infinity_and_come_back(opened):
     for name, angle in (("A", "phi"), ("C", "psi"), ("D", "eta")):

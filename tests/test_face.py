@@ -139,3 +139,31 @@ def test_a_report_begins_with_its_summary_and_folds_long_lists():
     parts = ["It fits.", "3.0004 ± 0.0012", '<a href="#s1">Notes</a>', '<h2 id="s1">', "note 3", "<details>", "note 4"]
     assert [page.index(part) for part in parts] == sorted(page.index(part) for part in parts)
     assert "prefers-color-scheme: dark" in page
+
+
+def test_a_report_names_units_and_gives_numbers_in_the_digits_of_their_errors(tmp_path):
+    from stickslip.examples import copy_example
+    from stickslip.identification import compare_motion
+    from stickslip.report.identification import page
+
+    record, rig, *_ = copy_example(tmp_path)
+    found = ss.identify(ss.measure(record, rig), law="StaticKinetic")
+    text = page(found, simulate=False).html()
+    row = found.parameters.loc["break_away"]
+    assert f'<td class="number">{rounded(row["value"], row["error"]).partition(" ")[0]}</td>' in text
+    assert "one force rate (30 N/s" in text
+    agreement = compare_motion(found.records[0], found)
+    assert agreement.shown().loc["stuck share", "error"] == "–"
+    assert agreement.shown().loc["main line", "error"] == f"{agreement.table.loc['main line', 'error']:.2g}"
+    # All break-aways come after rests of 0.19 s: on a logarithmic axis no tick is a whole power.
+    axes = found.static.plot()
+    assert (axes.get_xscale(), axes.get_xlabel()) == ("linear", "stick time (s)")
+    assert [panel.get_xlabel() for panel in found.static.plot_residuals()][1] == "force rate (N/s)"
+
+
+def test_two_records_of_one_name_are_told_apart():
+    from stickslip.identification.result import short_names
+
+    names = [type("Record", (), {"name": name}) for name in ("a/friction.nc", "b/friction.nc", "c/other.nc")]
+    assert short_names(names) == ["a/friction.nc", "b/friction.nc", "c/other.nc"]
+    assert short_names(names[1:]) == ["friction.nc", "other.nc"]

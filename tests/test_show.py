@@ -217,7 +217,7 @@ def test_a_diagram_of_one_direction_is_drawn_the_same_in_a_list(diagram):
 
 
 @pytest.mark.parametrize("directions", [["up"], ["up", "down"]])
-def test_unfinished_values_of_a_diagram_are_hatched_and_named(diagram, directions):
+def test_unfinished_values_of_a_diagram_are_marked_below_the_points_and_named(diagram, directions):
     both = diagram.expand_dims(direction=directions).copy(deep=True)
     both["regime"][0, 3:5] = "unfinished"
     both["turning_x"][0, 3:5] = np.nan
@@ -225,9 +225,10 @@ def test_unfinished_values_of_a_diagram_are_hatched_and_named(diagram, direction
     drawn(ax)
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert f"unfinished (2 of {len(directions) * diagram.sizes['drive_velocity']} runs)" in texts
-    (band,) = (patch for patch in ax.patches if patch.get_hatch())
+    (band,) = (patch for patch in ax.patches if patch.get_label().startswith("unfinished"))
     values = diagram["drive_velocity"].to_numpy()
-    ends = band.get_extents().transformed(ax.transData.inverted()).get_points()[:, 0]
+    ends, (_, top) = band.get_extents().transformed(ax.transData.inverted()).get_points().T
+    assert top < np.nanmin(both["turning_x"].to_numpy())
     assert ends == pytest.approx([(values[2] + values[3]) / 2, (values[4] + values[5]) / 2])
 
 

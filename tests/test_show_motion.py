@@ -34,7 +34,7 @@ def test_motion_is_drawn_with_its_bands() -> None:
     assert len(axes[0].lines[0].get_xdata()) == 300
     assert ss.show.motion_phase(moved()).get_xlabel() == "displacement x (dimensionless)"
     total, actual = ss.show.spectra_plot(moved()["a"])
-    assert (total.get_title(), actual.get_title()) == ("spectrum, total", "spectrum, actual")
+    assert (total.get_title(), actual.get_title()) == ("spectrum of the record", "spectrum over time")
     assert (total.get_xlabel(), actual.get_xlabel()) == ("frequency", "time")  # the record has no units
     with pytest.raises(ss.InputError, match="holds no samples"):
         ss.show.motion_plot(moved(), window=(50, 60))

@@ -6,6 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import stickslip as ss
 from stickslip.cli.main import main
@@ -97,6 +98,72 @@ def test_a_torsional_stiffness_has_its_own_unit(folder, capsys):
     rig.write_text(RIG.format(more='stiffness = "2 rpm"'), encoding="utf-8")
     assert main(["measure", str(folder / "record.csv"), "--rig", str(rig)]) == 2
     assert "N m/rad" in capsys.readouterr().err
+
+
+SPRING = {
+    "spring_force": ("torque", "N m", STIFFNESS),
+    "displacement": ("angle", "deg", 180 / np.pi),
+}
+
+
+@pytest.mark.parametrize("instrument", SPRING)
+def test_a_mass_that_turns_is_measured_by_its_spring(instrument, folder, capsys):
+    # The same motion twice: as the torque of the shaft, and as its twist in degrees.
+    column, unit, size = SPRING[instrument]
+    system = ss.Oscillator(damping=0.002, drive_velocity=SPEED, law=LAW, mass=INERTIA, stiffness=STIFFNESS)
+    time = np.arange(2, 8, 2e-3)
+    twist = ss.simulate(system, 8).at(time)[0] + 2e-4 * np.random.default_rng(0).standard_normal(time.size)
+    rows = np.stack([time, size * twist], axis=1)
+    record, rig = folder / f"{column}.csv", folder / f"{column}.toml"
+    np.savetxt(record, rows, "%.9g", ",", header=f"t,{column}", comments="")
+    rig.write_text(
+        f'instrument = "{instrument}"\ncolumn = "{column}"\nunit = "{unit}"\nstiffness = "2 N m/rad"\nmass = "50 kg cm^2"\n'
+        'damping = "0.002 N m s/rad"\ndrive_velocity = 2.0\n',
+        encoding="utf-8",
+    )
+    friction, law = folder / f"{column}.nc", folder / f"{column}-law.toml"
+    assert main(["measure", str(record), "--rig", str(rig), "-o", str(friction)]) == 0
+    assert main(["identify", str(friction), "--law", "StaticKinetic", "-o", str(law)]) == 0
+    said = capsys.readouterr().out
+    assert "2 N m/rad" in said
+    assert "0.005 kg m^2" in said
+    found = tomllib.loads(law.read_text(encoding="utf-8"))
+    assert found["units"] == {"break_away": "N m", "kinetic": "N m"}
+    assert found["law"]["break_away"] == pytest.approx(LAW.break_away, rel=0.01)
+    assert found["law"]["kinetic"] == pytest.approx(LAW.kinetic, rel=0.01)
+    tree = xr.open_datatree(friction)
+    events = tree["break_away"].to_dataset(inherit=False)
+    assert {name: events[name].attrs["units"] for name in ("t", "force_rate", "drop_error")} == {
+        "t": "s", "force_rate": "N m/s", "drop_error": "N m",
+    }  # fmt: skip
+    assert tree["velocity"].attrs["units"] == "rad/s"
+    assert ss.measurement.motion(record, ss.measurement.Rig.load(rig))["a"].attrs["units"] == "rad/s^2"
+
+
+MIXED = {
+    "a torque and a stiffness in a line": (
+        {"unit": "N m", "stiffness": "2 N/m"},
+        "unit = 'N m' is of a mass that turns",
+    ),
+    "a force and an angular speed": (
+        {"unit": "kN", "drive_velocity": "2 rpm"},
+        "drive_velocity = '2 rpm' is of a mass that",
+    ),
+    "no unit and an inertia": ({"unit": "1", "mass": "2 kg m^2"}, 'unit = "1" is of a rig without units'),
+}
+
+
+@pytest.mark.parametrize(("more", "said"), MIXED.values(), ids=MIXED)
+def test_units_of_both_kinds_are_refused(more, said):
+    numbers = {"instrument": "spring_force", "column": "force", "stiffness": 2.0, "mass": 0.005, "drive_velocity": 2.0}
+    with pytest.raises(ss.InputError, match=said):
+        ss.measurement.Rig.from_dict(numbers | more)
+
+
+def test_without_a_unit_of_the_record_that_of_the_numbers_decides():
+    numbers = {"instrument": "spring_force", "column": "force", "mass": 0.005, "drive_velocity": 2.0}
+    assert ss.measurement.Rig.from_dict(numbers | {"stiffness": "2 N m/rad"}).unit == "N m"
+    assert ss.measurement.Rig.from_dict(numbers | {"stiffness": "2 N/m"}).unit == "N"
 
 
 def test_on_a_soft_string_sticks_end_where_the_mass_moves_off_and_not_where_it_is_fast():

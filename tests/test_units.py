@@ -188,3 +188,13 @@ def test_a_mass_in_pounds_is_no_force(tmp_path):
     path.write_text(SYSTEM.replace('mass = "1200 g"', 'mass = "2 lbf"'))
     with pytest.raises(ss.InputError, match="mass: the unit must be one of kg, g, lb"):
         ss.load_system(path)
+
+
+def test_quadratic_and_cubic_numbers_take_their_units():
+    # 2 N/mm^3 at 1 mm is 2 N; 3 N s^2/m^2 at 2 m/s is 12 N more.
+    spring = ss.Spring.from_dict({"cubic": "2 N/mm^3"})
+    assert spring.cubic * 1e-3**3 == pytest.approx(2.0)
+    table = ss.laws.PoppStelter.example().to_dict() | {"square": "3 N s^2/m^2"}
+    assert ss.laws.Law.from_dict(table).square == 3.0
+    with pytest.raises(ss.InputError, match="N s\\^3/m\\^3"):
+        ss.laws.Law.from_dict(ss.laws.Cubic.example().to_dict() | {"cubic": "3 N/m"})

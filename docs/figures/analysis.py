@@ -24,19 +24,19 @@ FALLING = ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], br
 def sections() -> None:
     """A chaotic motion in three sections of different kinds."""
     period = 2 * np.pi / 1.3
-    panels = show.new_axes(1, 3, figsize=(10.5, 3.4))
+    panels = show.new_axes(1, 3, figsize=(8.4, 3.2))
     show.section_plot(ss.section(MASS, t_end=20_000 * period, transient=0.1), panels[0])
     releases = ss.section(MASS, "release", t_end=10_000 * period, transient=0.1)
     show.section_plot(releases, panels[1], across="phase", up="stick_time")
     show.return_map_plot(ss.release_map(MASS, np.linspace(0, 2 * np.pi, 3000)), panels[2], colour=show.OKABE_ITO["sky"])
     show.return_map_plot(ss.return_map(releases, "phase"), panels[2], colour=show.OKABE_ITO["vermilion"])
-    panels[2].set_title("release map; what is visited in vermilion", fontsize=9)
+    panels[2].set_title("release map, visited in vermilion", fontsize=8)
     save(panels[0], "analysis-sections.png")
 
 
 def diagrams() -> None:
     """The paper's oscillator and the forced belt, swept both ways and from fresh starts."""
-    panels = show.new_axes(1, 2, figsize=(10.5, 3.8))
+    panels = show.new_axes(1, 2, figsize=(8.4, 3.8))
     around = ss.orbit_diagram(
         ss.paper.oscillator(0.3),
         "drive_velocity",
@@ -62,7 +62,7 @@ def maps() -> None:
     """Regime, period and amplitude of the forced belt."""
     over = {"forcing.amplitude": np.linspace(0.0, 1.6, 161), "forcing.frequency": np.linspace(0.3, 2.3, 161)}
     chart = ss.regime_map(MASS, over, transient=200)
-    panels = show.new_axes(1, 3, figsize=(12.5, 4.0))
+    panels = show.new_axes(1, 3, figsize=(8.4, 3.8))
     for ax, quantity in zip(panels, ("regime", "period", "amplitude"), strict=True):
         show.regime_map_plot(chart, ax, quantity=quantity)
     save(panels[0], "analysis-maps.png")
@@ -91,7 +91,7 @@ def manifolds() -> None:
 def paper() -> None:
     """The paper's forced oscillator: regimes and periods over amplitude and frequency at s = 0.30 and 0.40."""
     over = {"forcing.amplitude": np.linspace(0.0, 0.35, 141), "forcing.frequency": np.linspace(0.2, 2.0, 145)}
-    panels = show.new_axes(2, 2, figsize=(9.5, 7.6))
+    panels = show.new_axes(2, 2, figsize=(8.4, 7.2))
     for column, s in enumerate((0.30, 0.40)):
         chart = ss.regime_map(ss.paper.oscillator(s, ss.Harmonic(0.1, 1.0)), over, transient=300, tolerance=1e-5)
         for ax, quantity in zip((panels[column], panels[2 + column]), ("regime", "period"), strict=True):

@@ -148,7 +148,7 @@ def velocity_steps() -> plt.Axes:
 
 def branches() -> None:
     """Cycles over the drive velocity, followed through their sliding bifurcations, of two calibrations of the paper's law."""
-    panels = show.new_axes(2, 2, figsize=(10.5, 7.2))
+    panels = show.new_axes(2, 2, figsize=(8.4, 6.4))
     for name, column in zip(("one f_s(0)", "default"), (panels[::2], panels[1::2]), strict=True):
         oscillator = ss.paper.calibration.CALIBRATIONS[name].oscillator(0.2)
         result = ss.continuation(oscillator, "drive_velocity", (0.1, 0.5), seeds=4)
@@ -164,7 +164,7 @@ def branches() -> None:
 
 def loci() -> None:
     """Where motions of the forced slider change their kind over amplitude and frequency, and the cubic law's curves."""
-    panels = show.new_axes(1, 2, figsize=(10.5, 3.8))
+    panels = show.new_axes(1, 2, figsize=(8.4, 3.6))
     law, forcing = ss.laws.StaticKinetic(1.0, 0.4), ss.Harmonic(0.35, 1.8)
     slider = ss.Oscillator(damping=0.0, drive_velocity=0.3, law=law, forcing=forcing)
     over, bounds = ("forcing.amplitude", "forcing.frequency"), ((0.05, 0.55), (1.65, 1.9))
@@ -186,7 +186,7 @@ def loci() -> None:
 def forced_calibrations() -> None:
     """Periods of the forced motion at s = 0.30 over amplitude and frequency, of two calibrations of the paper's law."""
     over = {"forcing.amplitude": np.linspace(0.005, 0.30, 60), "forcing.frequency": np.linspace(0.30, 1.40, 67)}
-    panels = show.new_axes(1, 2, figsize=(9.5, 4.6))
+    panels = show.new_axes(1, 2, figsize=(8.4, 4.4))
     for name, ax in zip(("default", "one u₀"), panels, strict=True):
         oscillator = ss.paper.calibration.CALIBRATIONS[name].oscillator(0.30, ss.Harmonic(0.1, 1.0))
         show.regime_map_plot(ss.regime_map(oscillator, over, transient=600), ax, quantity="period")
@@ -214,14 +214,20 @@ def overview() -> None:
     """The picture of the README: a record, its law, and the motions of that law."""
     friction, orbit = example()
     shaken = replace(orbit.system, drive_velocity=0.067, forcing=ss.Harmonic(3.0, 28.0))
-    panels = show.new_axes(1, 3, figsize=(11.4, 3.3), width_ratios=[1.1, 0.9, 1.5])
-    record(friction, panels[0], end=1.3).set_title("a record, sticks shaded")
-    loop(friction, orbit, panels[1]).set_title("its friction law")
+    with plt.rc_context(show.STYLE):
+        figure = plt.figure(figsize=(7.6, 5.6))
+        axes = figure.subplot_mosaic(
+            [["record", "law"], ["all", "all"]], width_ratios=[1.4, 1.0], height_ratios=[0.8, 1.0]
+        )
+    record(friction, axes["record"], end=1.3).set_title("a record, sticks shaded")
+    loop(friction, orbit, axes["law"]).set_title("its friction law")
     frequencies = np.linspace(25.0, 36.0, 661)
-    diagram = ss.orbit_diagram(shaken, "forcing.frequency", frequencies, periods=300, keep=80)
-    show.orbit_diagram_plot(diagram, panels[2], quantity="section", name_regimes=False)
-    panels[2].set_title("every motion when the block is shaken with 3 N")
-    save(panels[0], "overview.png")
+    diagram = ss.orbit_diagram(shaken, "forcing.frequency", frequencies, periods=300, keep=80, decide=1000)
+    ax = show.orbit_diagram_plot(diagram, axes["all"], quantity="section", name_regimes=False)
+    ax.set_title("every motion when the block is shaken with 3 N", pad=20)
+    ax.set_ylabel("position x in the section (mm)")
+    ax.yaxis.set_major_formatter(lambda x, _: f"{1e3 * x:g}")  # as the record above it
+    save(ax, "overview.png")
 
 
 def record(friction: xr.DataTree, ax: plt.Axes, end: float) -> plt.Axes:
@@ -266,10 +272,10 @@ def orbit() -> None:
     law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
     motion = ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=0.2, law=law), t_end=60)
     with plt.rc_context(show.STYLE):
-        figure = plt.figure(figsize=(9.0, 3.8), layout="constrained")
-    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1, 1.4])[0]
-    ax = show.phase_plane(motion, left.subplots())
-    show.time_series(motion, right.subplots(3, 1, sharex=True), start=30.0)
+        figure = plt.figure(figsize=(8.4, 3.8), layout="constrained")
+        left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1, 1.4])[0]
+        ax = show.phase_plane(motion, left.subplots())
+        show.time_series(motion, right.subplots(3, 1, sharex=True), start=30.0)
     save(ax, "gallery-orbit.png")
 
 

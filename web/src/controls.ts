@@ -32,7 +32,8 @@ const FOLDED = 12;
 
 export class Controls {
   private shape = "";
-  private refreshers: { input: HTMLInputElement; refresh(state: State): void }[] = [];
+  private law: Document | null = null;
+  private refreshers: { input: HTMLElement; refresh(state: State): void }[] = [];
 
   constructor(
     private readonly host: HTMLElement,
@@ -43,6 +44,7 @@ export class Controls {
   /** Show the numbers of a state; built anew only where it has other numbers. */
   show(state: State): void {
     const { law, forcing, normal_force, springs } = state.system as Document;
+    this.law = law;
     const shape = JSON.stringify([law.type, forcing.length, normal_force?.harmonics.length, springs[0]?.nodes.length, state.chain.masses > 1, Object.entries(law).map(([key, value]) => [key, Array.isArray(value) ? value.length : value === null])]);
     if (shape !== this.shape) {
       this.shape = shape;
@@ -92,8 +94,10 @@ export class Controls {
     const rows: HTMLElement[] = [];
     if (isPencil(law, page.path) && page.path !== "B") rows.push(this.infinity(page, law));
     if (typeof value === "number") rows.push(this.slider(page, path));
-    else if (typeof value === "string") rows.push(element("p", { className: "words" }, `${page.symbol}: ${value}`));
-    else if (Array.isArray(value)) {
+    else if (page.options) rows.push(this.options(page, path));
+    else if (page.path === "second_b") rows.push(this.secondState(false));
+    if (page.path === "second_length" && typeof value === "number") rows.push(this.secondState(true));
+    if (Array.isArray(value)) {
       const pairs: string[] = Array.isArray(value[0]) ? value.map((_: unknown, i: number) => `${path}.${i}`) : [path];
       const sides = page.unit === "velocity, force" ? ["slip velocity", "force"] : page.path === "l" ? ["slope", "height at w = 0"] : ["first", "second"];
       const table = this.nodes(pairs, sides, page.words, element(isPencil(law, page.path) ? "b" : "i", {}, page.symbol));
@@ -146,6 +150,28 @@ export class Controls {
     };
     this.refreshers.push({ input: range, refresh });
     return element("div", { className: "number", title: words }, element("i", {}, symbol), element("span", {}, name === symbol ? words : name), this.number(path, `${name} ${symbol}, as a number`), range);
+  }
+
+  /** A word among others. The composite evolution of a state has a cutoff velocity, no other one has. */
+  private options({ path: key, symbol, name, words, options }: NumberPage, path: string): HTMLElement {
+    const select = element("select", { ariaLabel: name }, ...options!.map((word) => new Option(word)));
+    select.addEventListener("change", () => {
+      const law = this.law!;
+      const cutoff: Change[] = key === "law" && "cutoff_velocity" in law ? [["system.law.cutoff_velocity", select.value === "composite" ? law["reference_velocity"] : null]] : [];
+      this.change([[path, select.value], ...cutoff]);
+    });
+    this.refreshers.push({ input: select, refresh: (state) => (select.value = get(state, path)) });
+    return element("label", { className: "line", title: words }, element("span", {}, key === "law" ? "evolution" : symbol), select);
+  }
+
+  /** Whether friction of rock has a second state variable: at first of half the effect, over a tenth of the length. */
+  private secondState(there: boolean): HTMLElement {
+    const box = element("input", { type: "checkbox", checked: there });
+    box.addEventListener("change", () => {
+      const { b, length } = this.law!;
+      this.change([["system.law.second_b", there ? null : b / 2], ["system.law.second_length", there ? null : length / 10]]);
+    });
+    return element("label", { className: "line" }, box, element("span", {}, "second state variable"));
   }
 
   /** Whether a pencil lies at infinity; where it comes back from there its lines stay about where they were. */

@@ -14,6 +14,8 @@ export interface NumberPage {
   low: number;
   high: number;
   choices?: number[];
+  /** The words that it may be, where it is no number. */
+  options?: string[];
 }
 
 export interface LawPage {

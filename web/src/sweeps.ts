@@ -20,7 +20,7 @@ export interface Steady {
 
 /** The regimes as the core names them, by their numbers, and in words. */
 export const REGIME_NAMES = ["stick_slip", "almost_harmonic", "stable_slip", "reversing_slip", "at_rest", "diverged", "unfinished"];
-export const REGIMES = ["stick-slip", "almost-harmonic", "stable slip", "back and forth", "at rest", "diverged", "not settled"];
+export const REGIMES = ["stick-slip", "almost-harmonic", "stable slip", "reversing slip", "at rest", "diverged", "not settled"];
 
 /** Most questions whether to go on that one motion may ask: ten times what the motions of the presets need, and the same on every machine. */
 const PATIENCE = 1000;

@@ -49,6 +49,9 @@ def run(options: argparse.Namespace) -> None:
     say_value("starts", result["label"].size)
     for row in attractors:
         period = f"period {row['period']}" if row["period"] else row["recurrence"].replace("_", " ")
-        where = f"x = {row['x_mean']:.6g}, v = {row['v_mean']:.6g} in the section"
+        means = {"x": row["x_mean"], "v": row["v_mean"]}
+        spans = {name: float(abs(result[name]).max()) for name in means}  # what is left of a zero is rounding
+        shown = [f"{name} = {value if abs(value) > 1e-12 * spans[name] else 0:.6g}" for name, value in means.items()]
+        where = f"{', '.join(shown)} in the section"
         say(f"{100 * row['fraction']:7.3f} %           {row['regime'].replace('_', ' ')}, {period}, {where}")
     say_written(options.output, options.plot)

@@ -70,8 +70,8 @@ def _plot_orbit(orbit: Any, path: str) -> None:
     from stickslip import show
 
     with show.styled():
-        figure = plt.figure(figsize=(11, 4.4), layout="constrained")
-    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1, 1.4])[0]
-    show.phase_plane(orbit, left.subplots())
-    show.time_series(orbit, right.subplots(3, 1, sharex=True), start=0.5 * orbit.t_end)
+        figure = plt.figure(figsize=(9, 4), layout="constrained")
+        left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1, 1.4])[0]
+        show.phase_plane(orbit, left.subplots())
+        show.time_series(orbit, right.subplots(3, 1, sharex=True), start=0.5 * orbit.t_end)
     save_figure(figure, path)

@@ -74,6 +74,9 @@ def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = 
             continue
         parameter = type(table).PARAMETERS[item.name]
         dimension = parameter.dimension
+        if value is None and parameter.numbers:  # it is left out: the range is that of the first number of its kind
+            like = (name for name in document if name in type(table).PARAMETERS and document[name] is not None)
+            value = next((document[name] for name in like if type(table).PARAMETERS[name].dimension == dimension), None)
         low, high = _range(value, dimension)
         number = {
             "path": path + item.name,
@@ -85,7 +88,10 @@ def _numbers(table: Law | StaticFriction, document: dict[str, Any], path: str = 
             "high": high,
         }
         choices = parameter.choices
-        numbers.append(number | ({"choices": list(choices)} if choices else {}))
+        options = (
+            {"choices": list(choices)} if choices else {"options": list(parameter.words)} if parameter.words else {}
+        )
+        numbers.append(number | options)
     return numbers
 
 

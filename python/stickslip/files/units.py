@@ -34,6 +34,12 @@ UNITS: dict[str, dict[str, float]] = {
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "N/cm": 1e2},
     "torsional_stiffness": {"N m/rad": 1.0, "N m/deg": 180 / math.pi},
     "damping": {"N s/m": 1.0, "N s/mm": 1e3},
+    "cubic_stiffness": {"N/m^3": 1.0, "N/mm^3": 1e9},
+    "torsional_cubic_stiffness": {"N m/rad^3": 1.0},
+    "square_damping": {"N s^2/m^2": 1.0},
+    "torsional_square_damping": {"N m s^2/rad^2": 1.0},
+    "cubic_damping": {"N s^3/m^3": 1.0},
+    "torsional_cubic_damping": {"N m s^3/rad^3": 1.0},
     "force_rate": {"N/s": 1.0, "mN/s": 1e-3, "kN/s": 1e3},
     "frequency": {"rad/s": 1.0, "Hz": 2 * math.pi},
     "per_length": {"1/m": 1.0, "1/cm": 1e2, "1/mm": 1e3},
@@ -98,6 +104,9 @@ TEXTS = {
     "stiffness": ("stiffness", "torsional_stiffness"),
     "damping": ("damping", "torsional_damping"),
     "force velocity^-1": ("damping", "torsional_damping"),
+    "force velocity^-2": ("square_damping", "torsional_square_damping"),
+    "force velocity^-3": ("cubic_damping", "torsional_cubic_damping"),
+    "force length^-3": ("cubic_stiffness", "torsional_cubic_stiffness"),
     "force time^-1": ("force_rate",),
     "time^-1": ("frequency",),
     "length^-1": ("per_length",),
@@ -277,3 +286,21 @@ def rounded(value: float, error: float) -> str:
         return f"{value:.5g}"
     digits = max(0, 1 - math.floor(math.log10(error)))
     return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def to_error(values: Sequence[float], error: float) -> list[str]:
+    """Values in the digits that one error allows: two of its digits, five of each value where the error is not known.
+
+    >>> to_error([5.99883, 5.99578, 0.0015245], 0.0015245), to_error([2.0192e-05], 1.3132e-7)
+    (['5.9988', '5.9958', '0.0015'], ['2.019e-05'])
+    >>> to_error([0.035643, math.inf], math.inf)
+    ['0.035643', 'inf']
+    """
+    if not (math.isfinite(error) and error > 0):
+        return [f"{value:.5g}" for value in values]
+    last = math.floor(math.log10(error)) - 1  # power of ten of the last digit
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    if largest >= 1e-4 and last >= -12:
+        return [f"{value:.{max(0, -last)}f}" for value in values]
+    powers = [math.floor(math.log10(abs(value))) if value and math.isfinite(value) else last for value in values]
+    return [f"{value:.{max(0, power - last)}e}" for value, power in zip(values, powers, strict=True)]

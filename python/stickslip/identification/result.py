@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.files.disk import write_text
-from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.static.break_away import StaticFriction
@@ -116,7 +116,7 @@ class Identification(Result):
 
     def tables(self) -> list[str]:
         """The numbers and the misfit."""
-        table = self.shown().to_string(float_format=lambda number: f"{number:.5g}")
+        table = in_digits(self.shown()).to_string()
         return [table, " ".join(self.misfit())]
 
     def misfit(self) -> tuple[str, str]:
@@ -160,15 +160,15 @@ class Identification(Result):
         from stickslip.show.canvas import ABOVE, OKABE_ITO, in_units, new_axes, verbatim
 
         axes = new_axes()[0] if ax is None else ax
-        shown: list[np.ndarray] = []
-        for number, record in enumerate(self.records):
+        names, shown = short_names(self.records), list[np.ndarray]()
+        for number in range(len(self.records)):
             frame = self.residuals(number)
             # Forces of a slip in the other sense are shown turned over; the last part is the steady motion.
             frame = frame[frame["compared"]].iloc[-6000:]
             sense = np.where(frame["slip_velocity"] < 0, -1.0, 1.0)
             w = np.abs(frame["slip_velocity"])
             measured = sense * frame["force"]
-            axes.plot(w, measured, ".", ms=2, alpha=0.4, label=verbatim(Path(record.name).name), rasterized=True)
+            axes.plot(w, measured, ".", ms=2, alpha=0.4, label=verbatim(names[number]), rasterized=True)
             law = "law" if number == 0 else None
             axes.plot(w, sense * frame["predicted"], ".", ms=1.5, color=OKABE_ITO["black"], label=law)
             shown.append(measured.to_numpy())
@@ -181,3 +181,9 @@ class Identification(Result):
             axes.set_ylim(low - 0.25 * (high - low), high + 0.25 * (high - low))
         axes.legend(**ABOVE, ncols=2, markerscale=4)
         return axes
+
+
+def short_names(records: Sequence[FrictionRecord]) -> list[str]:
+    """The names of the files of some records, with their folders where two have one name."""
+    names = [Path(record.name).name for record in records]
+    return names if len(set(names)) == len(names) else [record.name for record in records]

@@ -129,7 +129,7 @@ class Law(Document):
         return json.dumps(self.to_dict())
 
     def break_away_force(self, stick_time: ArrayLike = 0.0, force_rate: ArrayLike = 0.0) -> Any:
-        """The largest force adhesion bears, f_s(t_s, δ).
+        """The largest force that adhesion can carry, f_s(t_s, δ).
 
         Parameters
         ----------

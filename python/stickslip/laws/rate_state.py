@@ -17,7 +17,8 @@ class RateState(StateLaw):
     Parameters
     ----------
     normal_force : N > 0.
-    a, b : direct and evolution effect, a > 0; steady slip weakens with velocity where b > a.
+    a : direct effect, > 0.
+    b : evolution effect; steady slip weakens with velocity where b > a.
     length : L > 0 (D_c), the slip over which the state evolves.
     reference_velocity : V₀ > 0.
     reference_friction : μ₀ > 0, of steady slip at V₀.

@@ -235,14 +235,15 @@ def inertia(friction: Friction, rig: Rig, slow: float, line: Line) -> list[str]:
                 f"{1 / ratio**2:.2f} of the mass {o.mass:g}"
             )
     likeliest, error = likeliest_inertia(friction)
+    unit = "" if rig.unit == "1" else f"{rig.units.mass} "
     if math.isfinite(likeliest) and abs(likeliest - o.mass) > max(3 * error, 0.15 * o.mass):
         notes.append(
             f"the inertia that makes the friction force of the slips smoothest is {likeliest / o.mass:.2f} +- "
-            f"{error / o.mass:.2f} times the {o.mass:g} kg used here (a law that is steep in w shifts this; "
+            f"{error / o.mass:.2f} times the {o.mass:g} {unit}used here (a law that is steep in w shifts this; "
             f"rig: effective_mass sets another)"
         )
     return notes
 
 
 def _length(rig: Rig) -> str:
-    return "" if rig.unit == "1" else " m"
+    return f" {rig.units.length}".removesuffix(" 1")

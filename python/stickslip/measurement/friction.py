@@ -12,6 +12,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.units import unit_of
 from stickslip.measurement.break_away_table import break_aways
 from stickslip.measurement.consistency import (
     at_one_speed,
@@ -35,7 +36,7 @@ from stickslip.measurement.regime import intermittence, regime, slow_share, unde
 from stickslip.measurement.result import release
 from stickslip.measurement.ripple import Shaken, find_ripple, refined_ripple, said_of, without
 from stickslip.measurement.rigs.chain import Chain, pull_together
-from stickslip.measurement.rigs.rig import Rig
+from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
@@ -59,6 +60,8 @@ Array = npt.NDArray[np.float64]
 LEAST_NOISE = 1e-5
 """Of the range of a record: with less noise each slip would be told from a stick by what the splines of the fit round off."""
 
+EVENT_DIMENSIONS = {"t": "time", "stick_time": "time", "force_rate": "force time^-1"}
+"""Of the columns of a table of break-aways; the others are forces."""
 FACTS = ["regime", "slips", "stuck_share", "slow_share", "main_line", "main_line_error", "stiffness", "inertia"]
 """What a summary prints."""
 
@@ -383,10 +386,8 @@ def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any, bool]:
 
 def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
     f, o = found.friction, found.friction.fit.oscillator
-    si = rig.unit != "1"
-    length, force = ("m", "N") if si else ("1", "1")
-    speed, acceleration = ("m/s", "m/s^2") if si else ("1", "1")
-    data = xr.Dataset(coords={"time": ("time", f.time, {"units": "s" if si else "1"})})
+    time, length, speed, acceleration, force, _ = rig.units
+    data = xr.Dataset(coords={"time": ("time", f.time, {"units": time})})
     data["slip_velocity"] = ("time", f.slip_velocity, {"units": speed})
     data["slip_acceleration"] = ("time", f.slip_acceleration, {"units": acceleration})
     data["force"] = ("time", f.force, {"units": force, "long_name": "friction force"})
@@ -397,9 +398,9 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
     recorded = np.where(f.fit.weight > 0, o.drive_velocity * (f.time - f.time[0]) - f.fit.path, math.nan)
     data["recorded"] = ("time", recorded, {"units": length, "long_name": "extension with the instrument's own noise"})
     events = break_aways(f, found.sticks)
-    if not si:
-        for name in events:
-            events[name].attrs["units"] = "1"
+    for name in events:
+        kind = EVENT_DIMENSIONS.get(str(name).removesuffix("_error"), "force")
+        events[name].attrs["units"] = unit_of(kind, force, length, time)
     data.attrs = {
         "source": record.source,
         "rig": rig.to_toml(),
@@ -421,7 +422,7 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
         "inertia": o.mass,
         "damping": o.damping,
         "drive_velocity": o.drive_velocity,
-        "weight": rig.mass * rig.gravity,
+        "weight": math.nan if rig.units == TURNS else rig.mass * rig.gravity,
         "noise": f.noise,
         "break_away_late": f.late,
         "force_common": f.common,

@@ -169,7 +169,7 @@ def another_drive_velocity(draft: Draft, rig: Rig) -> list[str]:
     slow = _slow_if_stuck(replace(draft, rigid=rigid), slope.value, trial)
     if slow is None or slow < MOSTLY_SLOW:
         return []
-    unit = "" if rig.unit == "1" else " m/s"
+    unit = f" {rig.units.speed}".removesuffix(" 1")
     return [
         f"no sticks were found at the drive_velocity of {stated:g}{unit}, but this record sticks {100 * slow:.0f} % of the "
         f"time if the drive moves at {slope.value:.3g}{unit}: correct drive_velocity, unit or stiffness in the rig"

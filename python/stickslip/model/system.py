@@ -263,7 +263,7 @@ class Spring(Document):
     """
 
     nodes: tuple[Point, ...] = ()
-    cubic: float = 0.0
+    cubic: Annotated[float, Limits(dimensions=TEXTS["force length^-3"])] = 0.0
     mass: Index = 0
     other: Index | None = None
 

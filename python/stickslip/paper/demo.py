@@ -20,6 +20,7 @@ from stickslip.explorer import content_of_record
 from stickslip.files.disk import write_whole
 from stickslip.files.netcdf import write_netcdf
 from stickslip.identification import Agreement, Identification, compare_motion, identify
+from stickslip.identification.estimator.result import in_digits
 from stickslip.identification.trajectory.shooting import fit_trajectories
 from stickslip.laws.numbers import value
 from stickslip.measurement import Rig, measure, notes
@@ -234,7 +235,7 @@ def _report(
     )
     table = against_truth(identification)
     table.insert(0, "from the branches", against_truth(branches)["value"].reindex(table.index))
-    report.table(table, mark="inside the 95 % interval")
+    report.table(in_digits(table), mark="inside the 95 % interval")
     report.items(identification.notes)
     report.heading("From the law to the motion, compared with the record")
     for s, agreement, record in zip(DRIVE_VELOCITIES, agreements, identification.records, strict=True):
@@ -242,7 +243,7 @@ def _report(
         report.figure(
             agreement.plot(), f"Measured and simulated motion at s = {s:.2f}.", live, "law,phase,displacement"
         )
-        report.table(agreement.table)
+        report.table(agreement.shown())
         report.items(agreement.sentences)
     report.heading("Every drive velocity")
     report.figure(
@@ -266,11 +267,11 @@ def _film_figure(path: Path) -> Any:
 
 
 def _friction_figure(frictions: list[xr.DataTree]) -> Any:
-    axes = show.new_axes(1, len(frictions), figsize=(4 * len(frictions), 3.6), sharey=True)
+    axes = show.new_axes(1, len(frictions), figsize=(3.2 * len(frictions), 3.4), sharey=True)
     for ax, s, friction in zip(axes, DRIVE_VELOCITIES, frictions, strict=True):
         slipping = ~friction["stuck"].to_numpy()
         w, force = friction["slip_velocity"].to_numpy()[slipping], friction["force"].to_numpy()[slipping]
         ax.plot(w, force, ".", ms=1, color="0.55", rasterized=True)
         show.friction_loop(simulate(MODEL.oscillator(s), DURATION), ax=ax)
-        ax.set_title(f"s = {s:.2f}")
+        ax.set_title(f"s = {s:.2f}", loc="right", y=0.92)
     return axes[0].figure

@@ -11,9 +11,9 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.files.units import rounded
-from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.uncertainty import correlation_time
-from stickslip.identification.result import Identification
+from stickslip.identification.result import Identification, short_names
 from stickslip.identification.selection.agreement import compare_motion
 from stickslip.identification.selection.comparison import Comparison
 from stickslip.identification.trajectory.sensitivity import sensitivity
@@ -56,7 +56,7 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
         report.table(comparison.table, mark="verdict")
         report.items(comparison.sentences)
     report.heading("The law and its uncertainty")
-    report.table(result.shown().rename(columns={"low": "95 % from", "high": "to"}))
+    report.table(in_digits(result.shown()).rename(columns={"low": "95 % from", "high": "to"}))
     report.figure(
         _correlation(result), "Correlation of the fitted numbers: near ±1 only a combination of the two is known."
     )
@@ -97,7 +97,7 @@ def page_of_table(result: Result) -> Report:
     report.summary(" ".join(more), _best_known(numbers, result.units))
     report.figure(result.plot().figure, "Measured, and the fit.")
     report.heading("The numbers and their uncertainty")
-    report.table(result.shown().rename(columns={"low": "95 % from", "high": "to"}))
+    report.table(in_digits(result.shown()).rename(columns={"low": "95 % from", "high": "to"}))
     report.heading("All that was fitted")
     tables = result.tables()
     report.code("\n\n".join(tables[1:] or tables))
@@ -174,9 +174,9 @@ def _correlation(result: Identification) -> Any:
 
 
 def _residuals(result: Identification) -> Any:
-    over_time, over_speed, spread = new_axes(1, 3, figsize=(13, 3.6))
-    rests: list[np.ndarray] = []
-    for number, record in enumerate(result.records):
+    over_time, over_speed, spread = new_axes(1, 3, figsize=(9.6, 3.2))
+    names, rests = short_names(result.records), list[np.ndarray]()
+    for number in range(len(result.records)):
         frame = result.residuals(number)
         frame = frame[frame["compared"]]
         rest = (frame["force"] - frame["predicted"]).to_numpy()
@@ -185,7 +185,7 @@ def _residuals(result: Identification) -> Any:
         some = slice(None, None, max(1, rest.size // POINTS))
         over_time.plot(frame["time"].to_numpy()[some], rest[some], ".", ms=2, rasterized=True)
         over_speed.plot(frame["slip_velocity"].to_numpy()[some], rest[some], ".", ms=2, rasterized=True)
-        label = f"{record.name.rpartition('/')[2]}: {correlation_time(rest):.0f} samples together"
+        label = f"{names[number]}: {correlation_time(rest):.0f} samples together"
         rests.append(rest)
         spread.hist(rest, bins=60, density=True, histtype="step", label=label)
     units = result.records[0].units
@@ -214,7 +214,7 @@ def _motions(report: Report, result: Identification) -> None:
         report.figure(
             agreement.plot(), f"{record.name}: measured and simulated phase portrait, and spring force over time."
         )
-        report.table(agreement.table)
+        report.table(agreement.shown())
         report.items(agreement.sentences)
     report.items(left_out)
     if len(result.records) > SHOWN:

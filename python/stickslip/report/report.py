@@ -6,6 +6,7 @@ import base64
 import html
 import io
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 
 UNFOLDED = 4
 """Sentences of a list that are shown; the others are folded."""
+
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*(e[-+]\d+)?|inf)|–")
+"""A text that is a number, or stands for one that is not known."""
 
 _STYLE = """
 :root { color-scheme: light dark; --text: #222; --soft: #5a5a5a; --line: #ddd; --back: #fff; --card: #f5f6f8;
@@ -34,7 +38,7 @@ h2 { margin-top: 2.5rem; border-bottom: 1px solid var(--line); padding-bottom: 0
 .key div { flex: 1 1 12rem; background: var(--card); border-radius: 8px; padding: 0.8rem 1rem; }
 .key dt { color: var(--soft); font-size: 0.85rem; }
 .key dd { margin: 0; font-size: 1.35rem; font-variant-numeric: tabular-nums; }
-nav ol { columns: 14rem; padding-left: 1.2rem; }
+nav ol { columns: 14rem; column-gap: 2.5rem; padding-left: 1.2rem; }
 figure { margin: 1.5rem 0; } figure img { max-width: 100%; border-radius: 6px; background: #fff; }
 figcaption { color: var(--soft); font-size: 0.9rem; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
@@ -44,7 +48,8 @@ pre { background: var(--card); padding: 0.8rem; overflow-x: auto; border-radius:
 details { margin: 1rem 0; } summary { cursor: pointer; color: var(--link); }
 tr.reproduced td:last-child, tr.yes td:last-child { color: var(--good); }
 tr.not td:last-child, tr.no td:last-child { color: var(--bad); }
-@media (max-width: 30rem) { body { margin: 1rem auto; font-size: 15px; } h1 { font-size: 1.5rem; } }
+@media (max-width: 30rem) { figure.wide { overflow-x: auto; } figure.wide > img { max-width: none; width: 40rem; }
+  body { margin: 1rem auto; font-size: 15px; } h1 { font-size: 1.5rem; } }
 """
 
 
@@ -122,6 +127,8 @@ class Report:
         whole = figure.get_figure(root=True) if figure is not None else None
         if whole is None:
             raise ValueError("a report shows a figure that has been drawn")
+        width, height = whole.get_size_inches()
+        kind = ' class="wide"' if width > 2 * height else ""
         data = io.BytesIO()
         whole.savefig(data, format="png", dpi=130)
         plt.close(whole)
@@ -133,7 +140,7 @@ class Report:
 
             self._live = True
             picture = explorer.live(live, panels, picture)
-        self._body.append(f"<figure>{picture}<figcaption>{words}</figcaption></figure>")
+        self._body.append(f"<figure{kind}>{picture}<figcaption>{words}</figcaption></figure>")
 
     def html(self) -> str:
         """The whole page."""
@@ -167,4 +174,5 @@ def _cell(value: object) -> str:
         return f'<td class="number">{"–" if math.isnan(value) else f"{value:.5g}"}</td>'
     if isinstance(value, int):
         return f'<td class="number">{value}</td>'
-    return f"<td>{html.escape(str(value))}</td>"
+    kind = ' class="number"' if _NUMBER.fullmatch(str(value)) else ""
+    return f"<td{kind}>{html.escape(str(value))}</td>"

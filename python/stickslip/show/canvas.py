@@ -126,7 +126,7 @@ _SI = {
     "time": "s",
     "force rate": "N/s",
     "frequency": "rad/s",
-    "damping": "kg/s",
+    "damping": "N s/m",
     "mass": "kg",
     "stiffness": "N/m",
 }

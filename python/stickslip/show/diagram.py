@@ -25,7 +25,14 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-_MARKERS = {"up": "^", "down": "v", "fresh": "."}
+#: A ring for fresh starts: what lies below it, the sweep that reaches the same motion, is seen through it.
+_LOOKS: dict[str, dict[str, Any]] = {
+    "up": {"marker": "^", "ms": 3.2, "mew": 0, "color": DIRECTION_COLOURS["up"]},
+    "down": {"marker": "v", "ms": 2.5, "mew": 0, "color": DIRECTION_COLOURS["down"]},
+    "fresh": {"marker": "o", "ms": 4.0, "mew": 0.6, "mfc": "none", "mec": DIRECTION_COLOURS["fresh"]},
+}
+#: Height of the strip above the axis that marks runs without a result, of that of the axes.
+_STRIP = 0.03
 _DIRECTIONS = {"up": "swept up", "down": "swept down", "fresh": "fresh starts"}
 
 
@@ -54,7 +61,7 @@ def orbit_diagram_plot(
     Returns
     -------
     The axes. A regime reaches half-way to the next value of the parameter. Values at which a run ended before its time or did
-    not repeat and may still change are hatched and named in a legend.
+    not repeat and may still change have a strip along the lower edge, which a legend names.
 
     Source: Fig. 14 of the paper.
     """
@@ -105,7 +112,8 @@ def orbit_diagram_plot(
             )
     ax.set_xlim(values[0], values[-1])
     if _mark_unfinished(diagram, parameter, ax):
-        ax.legend(loc="best")
+        raised = 1.06 if name_regimes else 1.0  # above the names of the regimes
+        ax.legend(**(ABOVE | {"bbox_to_anchor": (0.0, raised)}), ncols=2)
     return ax
 
 
@@ -118,24 +126,25 @@ def _spans(values: NDArray[np.float64], kinds: NDArray[Any]) -> list[tuple[int, 
 
 
 def _mark_unfinished(diagram: xr.Dataset, parameter: str, ax: Axes) -> bool:
-    """Hatched bands where a run ended before its time or still changed, with names for the legend; whether there are."""
+    """Strips where a run ended before its time or still changed, with names for the legend; whether there are any."""
     ended = _where(diagram, "regime", "unfinished", parameter)
     changes = _where(diagram, "recurrence", "undecided", parameter) & ~ended
-    for word, runs, hatch in (("unfinished", ended, "///"), ("undecided", changes, "...")):
-        look: dict[str, Any] = {
-            "facecolor": "none",
-            "edgecolor": REGIME_COLOURS["unfinished"],
-            "hatch": hatch,
-            "lw": 0,
-            "zorder": 0,
-        }
+    for row, (word, runs, colour) in enumerate(
+        (("unfinished", ended, OKABE_ITO["black"]), ("undecided", changes, REGIME_COLOURS["unfinished"]))
+    ):
+        look: dict[str, Any] = {"facecolor": colour, "lw": 0, "zorder": 6}
+        look |= {"ymin": row * _STRIP, "ymax": (row + 1) * _STRIP}
         missing = np.asarray(runs.any(axis=0))
         name = f"{words(word)} ({int(runs.sum())} of {runs.size} runs)"
         for start, low, high in _spans(diagram[parameter].to_numpy(), missing):
             if missing[start]:
                 ax.axvspan(low, high, label=name, **look)
                 name = "_"
-    return bool((ended | changes).any())
+    any_run = bool((ended | changes).any())
+    if any_run:  # the strips lie below all points
+        low, high = ax.get_ylim()
+        ax.set_ylim(low - 2 * _STRIP * (high - low), high)
+    return any_run
 
 
 def _where(diagram: xr.Dataset, name: str, word: str, parameter: str) -> NDArray[np.bool_]:
@@ -178,15 +187,11 @@ def _draw_directions(diagram: xr.Dataset, parameter: str, drawn: xr.DataArray, a
     if one.any():
         ax.plot([], [], label="the same in all sweeps", **(shared | {"ms": 7}))
     for layer, direction in enumerate(directions):
-        look: dict[str, Any] = {
-            "marker": _MARKERS[direction],
-            "ls": "",
-            "mew": 0,
-            "color": DIRECTION_COLOURS[direction],
-        }
-        mine = points[layer][~one].ravel()
-        ax.plot(across[~one].ravel(), mine, ms=3.2 - 0.7 * layer, rasterized=True, zorder=3 + layer, **look)
-        ax.plot([], [], ms=5, label=_DIRECTIONS[direction], **look)
+        look = {"ls": "", **_LOOKS[direction]}
+        if direction == "fresh":  # of many values rings would touch: they shrink to dots
+            look["ms"] = min(4.0, max(1.2, 240 / len(values)))
+        ax.plot(across[~one].ravel(), points[layer][~one].ravel(), rasterized=True, zorder=3 + layer, **look)
+        ax.plot([], [], label=_DIRECTIONS[direction], **(look | {"ms": 5}))
     ax.set_xlim(values[0], values[-1])
     _mark_unfinished(diagram, parameter, ax)
     ax.legend(**ABOVE, ncols=2, columnspacing=1.0)

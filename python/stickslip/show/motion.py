@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import OKABE_ITO, axes, new_axes, styled, unit
+from stickslip.show.canvas import OKABE_ITO, axes, new_axes, shade_sticks, styled, unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,11 +47,11 @@ def motion_plot(
         )
     inside = slice(inside.start, inside.stop, max(1, (inside.stop - inside.start) // MOST))
     t, stuck = time[inside], motion["stuck"].to_numpy().astype(bool)[inside]
-    for panel, name, colour in zip(panels, NAMES, ("blue", "green", "vermilion"), strict=True):
+    for panel, name in zip(panels, NAMES, strict=True):
         values, error = motion[name].to_numpy()[inside], motion[f"{name}_error"].to_numpy()[inside]
-        panel.fill_between(t, values - error, values + error, color=OKABE_ITO[colour], alpha=0.25, lw=0)
-        panel.plot(t, values, color=OKABE_ITO[colour], lw=0.9)
-        panel.fill_between(t, 0, 1, where=stuck, transform=panel.get_xaxis_transform(), color="0.5", alpha=0.2, lw=0)
+        panel.fill_between(t, values - error, values + error, color=OKABE_ITO["black"], alpha=0.25, lw=0)
+        panel.plot(t, values, color=OKABE_ITO["black"], lw=0.9)
+        shade_sticks(panel, t, stuck)
         panel.set_ylabel(NAMES[name] + unit(motion[name]))
         panel.margins(x=0)
     panels[-1].set_xlabel("time t" + unit(motion["time"]))
@@ -75,7 +75,7 @@ def motion_phase(motion: xr.Dataset, ax: Axes | None = None) -> Axes:
 def spectra_plot(
     signal: Any, ax: list[Axes] | None = None, *, highest: float | None = None, window: float | None = None
 ) -> list[Axes]:
-    """Draw the spectrum of a whole record ("total") and along time ("actual").
+    """Draw the spectrum of a whole record, and that of each part over time.
 
     Parameters
     ----------
@@ -104,14 +104,14 @@ def spectra_plot(
     hertz, seconds = ("", "") if dimensionless else (" (Hz)", " (s)")
     panels[0].plot(frequency[seen], amplitude[seen], lw=0.8)
     panels[0].set(xlabel="frequency" + hertz, ylabel="amplitude" + unit(total["amplitude"]), xlim=(0, highest))
-    panels[0].set_title("spectrum, total", fontsize=9)
+    panels[0].set_title("spectrum of the record", fontsize=9)
     rows = actual["frequency"].to_numpy() <= highest
     image = panels[1].pcolormesh(
         actual["time"].to_numpy(), actual["frequency"].to_numpy()[rows], actual["amplitude"].to_numpy()[rows],
         shading="auto", cmap="viridis", rasterized=True,
     )  # fmt: skip
     panels[1].set(xlabel="time" + seconds, ylabel="frequency" + hertz)
-    panels[1].set_title("spectrum, actual", fontsize=9)
+    panels[1].set_title("spectrum over time", fontsize=9)
     figure = panels[1].figure
     figure.colorbar(image, ax=panels[1], label="amplitude" + unit(total["amplitude"]))
     return panels

@@ -29,8 +29,9 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     Returns
     -------
     Three axes of a new figure: force over time and slip velocity over time, both around the middle of the record, and
-    force over slip velocity of the whole record, orange while slip speeds up and light blue while it slows down. Of a drive
-    that holds its speeds, the whole record and one point a hold. One or two axes where there is less to draw.
+    force over slip velocity of the whole record, orange while slip speeds up and light blue while it slows down, green
+    where it breaks away. Of a drive that holds its speeds, the whole record and one point a hold. One or two axes where
+    there is less to draw.
     """
     data = friction.to_dataset()
     if "slip_velocity" not in data:
@@ -60,8 +61,16 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     ):
         rows = np.flatnonzero(which & ~stuck)[::stride]
         loop.plot(w[rows], force[rows], ".", ms=1.5, color=colour, label=name, rasterized=True)
+    marks = loop.get_lines()
+    if releases.size:
+        at_rest = friction["break_away"]["force"].to_numpy()
+        marks += loop.plot(np.zeros(at_rest.size), at_rest, "o", ms=3.5, color=OKABE_ITO["green"], label="break-away")
+    elif np.ptp(force) < 0.2 * np.abs(force).max():  # its scatter would look like a change of friction
+        loop.set_ylim(*sorted((0.0, 1.15 * force[np.abs(force).argmax()])))
     loop.set(xlabel=velocity.get_ylabel(), ylabel=over_time.get_ylabel())
-    loop.legend(**ABOVE, ncols=2, markerscale=5)
+    legend = loop.legend(handles=marks, **ABOVE, ncols=3, columnspacing=1.0)
+    for handle in legend.legend_handles:
+        handle.set_markersize(6)  # type: ignore[union-attr]
     if stuck[middle].any():
         velocity.legend(handles=velocity.collections, **ABOVE)
     return [over_time, velocity, loop]

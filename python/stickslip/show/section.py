@@ -20,7 +20,7 @@ _SYMBOLS = {
     "slip_velocity": "slip velocity w",
     "phase": "phase θ of the forcing",
     "force": "friction force F",
-    "stick_time": "stick time t_s",
+    "stick_time": "stick time tₛ",
     "force_rate": "force rate δ",
     "interval": "time between returns",
 }

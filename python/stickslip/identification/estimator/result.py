@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from stickslip.files.units import to_error
+
 SHOWN = 6
 """Numbers in the short form."""
 WIDTH = 100
@@ -69,7 +71,7 @@ class Result:
         return f"<{type(self).__name__}: {self._first_line()}; {', '.join([*numbers, *more])}>"
 
     def _repr_html_(self) -> str:
-        table = self.shown().to_html(float_format=lambda number: f"{number:.5g}")
+        table = in_digits(self.shown()).to_html()
         notes = f"<p>{len(self.notes)} notes: see report()</p>" if self.notes else ""
         return f"<p>{html.escape(self._first_line())}</p>{table}{notes}"
 
@@ -77,6 +79,20 @@ class Result:
         return type(self) is type(other) and alike(self, other)
 
     __hash__ = None  # type: ignore[assignment]
+
+
+def in_digits(table: pd.DataFrame) -> pd.DataFrame:
+    """A table of estimates as texts, each row in the digits that its error allows.
+
+    >>> table = pd.DataFrame({"value": [5.99883], "error": [0.0015245], "low": [5.99578], "high": [6.00188]}, ["kinetic"])
+    >>> in_digits(table).loc["kinetic"].to_list()
+    ['5.9988', '0.0015', '5.9958', '6.0019']
+    """
+    numbers = [name for name in ("value", "error", "low", "high") if name in table]
+    texts = [
+        to_error(row, error) for row, error in zip(table[numbers].to_numpy(float).tolist(), table["error"], strict=True)
+    ]
+    return table.assign(**dict(zip(numbers, map(list, zip(*texts, strict=True)), strict=True)) if texts else {})
 
 
 def alike(one: Any, other: Any) -> bool:

@@ -18,7 +18,7 @@ from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.files.disk import write_text
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
-from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.kinetic.curves import (
     BLOCKS,
@@ -211,7 +211,7 @@ class SteadyFriction(Result):
         """The numbers of the chosen form, and the forms beside one another."""
         shown = self.table()
         shown = shown[shown["verdict"] != ""].iloc[:12] if len(shown) > 12 else shown
-        numbers = self.parameters.to_string(float_format=lambda number: f"{number:.5g}")
+        numbers = in_digits(self.parameters).to_string()
         return [numbers, shown.to_string(float_format=lambda number: f"{number:.4g}")]
 
     def to_dict(self) -> dict[str, Any]:

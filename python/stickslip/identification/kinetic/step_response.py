@@ -15,7 +15,7 @@ from scipy.integrate import odeint
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.parameters import Parameter, Parameters
-from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.records import opened
 from stickslip.laws.law import save_law
 from stickslip.laws.numbers import pointers, units_of
@@ -124,7 +124,7 @@ class OfSteps(Result):
 
     def tables(self) -> list[str]:
         """The parameters."""
-        return [self.parameters.to_string(float_format=lambda number: f"{number:.4g}")]
+        return [in_digits(self.parameters).to_string()]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words."""

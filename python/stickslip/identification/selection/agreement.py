@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from stickslip.errors import InputError
 from stickslip.files.notebook import OfTable
+from stickslip.files.units import to_error
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
@@ -81,9 +82,18 @@ class Agreement(OfTable):
             return f"{self.record.name}: both {measured}, and all quantities agree."
         return f"{self.record.name}: both {measured}; {', '.join(off)} disagree{'s' * (len(off) == 1)}."
 
+    def shown(self) -> pd.DataFrame:
+        """The table as texts: measured and simulated in the digits that the error of the measured allows."""
+        rows = [
+            to_error(row, row[1]) for row in self.table[["measured", "error", "simulated"]].to_numpy(float).tolist()
+        ]
+        columns = dict(zip(["measured", "error", "simulated"], map(list, zip(*rows, strict=True)), strict=True))
+        ratio = [f"{number:.4g}" for number in self.table["ratio"]]
+        return self.table.assign(**columns, ratio=ratio).replace("nan", "–")
+
     def report(self) -> str:
         """The table and the sentences."""
-        table = self.table.to_string(float_format=lambda number: f"{number:.4g}", na_rep="-")
+        table = self.shown().to_string()
         return "\n".join([f"{self.record.name}", "", table, "", *[f"- {sentence}" for sentence in self.sentences]])
 
     def plot_phase(self, ax: Any = None) -> Any:

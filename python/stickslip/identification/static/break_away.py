@@ -16,9 +16,10 @@ import tomli_w
 
 from stickslip.errors import InputError
 from stickslip.files.disk import write_text
+from stickslip.files.units import unit_of
 from stickslip.identification.estimator.least_squares import OUTLIER, linear, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
-from stickslip.identification.estimator.result import Result
+from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, own_error, robust_scale
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.static.forms import BY_RATIO, ONSET, OWN_LEVEL, Form, forms
@@ -126,6 +127,9 @@ class StaticFriction(Result):
         """The chosen fit."""
         return self.fits[self.chosen]
 
+    def _units(self, dimension: str) -> str | None:
+        return _unit(self.rows, dimension).strip() or None
+
     @property
     def alternatives(self) -> list[str]:
         """Forms that describe the break-aways about as well as the chosen one, the best first."""
@@ -147,8 +151,9 @@ class StaticFriction(Result):
                 "be extrapolated beyond the rests of the record; rests of other lengths tell them apart."
             ]
         return [
-            f"{alike} After a rest of {longest:.3g}, ten times the longest, they have with their fitted numbers "
-            f"{min(forces):.4g} to {max(forces):.4g}; rests of other lengths tell them apart."
+            f"{alike} After a rest of {longest:.3g}{_unit(self.rows, 'time')}, ten times the longest, they have with their "
+            f"fitted numbers {min(forces):.4g} to {max(forces):.4g}{_unit(self.rows, 'force')}; rests of other lengths tell "
+            "them apart."
         ]
 
     @property
@@ -168,18 +173,24 @@ class StaticFriction(Result):
 
         A slope in the last is a drift; a slope in another is what the form leaves out.
         """
-        from stickslip.show.canvas import new_axes
+        from stickslip.show.canvas import in_units, new_axes
 
-        row = new_axes(1, 3, figsize=(13, 3.6))
+        row = new_axes(1, 3, figsize=(9.6, 3.2))
         rest = self.best.residuals
-        columns = {"stick_time": "stick time", "force_rate": "force rate", "t": "time of the break-away"}
-        for axes, (column, label) in zip(row, columns.items(), strict=True):
+        columns = {
+            "stick_time": ("stick time", "time"),
+            "force_rate": ("force rate", "force time^-1"),
+            "t": ("time of the break-away", "time"),
+        }
+        for axes, (column, (label, kind)) in zip(row, columns.items(), strict=True):
             axes.plot(self.rows[column], rest, ".", color="0.4")
             axes.axhline(0, color="0.3", lw=0.8)
-            axes.set_xlabel(label)
-            axes.set_ylabel(f"break-away force − {self.chosen} form")
-            if column != "t" and (self.rows[column] > 0).all():
-                axes.set_xscale("log")
+            axes.set_xlabel(label + in_units(self._units(kind)))
+            axes.set_ylabel(f"force − {self.chosen} form" + in_units(self._units("force")))
+            axes.set_xscale("log" if column != "t" and _spans(self.rows[column]) else "linear")
+            middle = abs(float(self.rows[column].median()))
+            if np.ptp(self.rows[column]) < 1e-6 * middle:  # one value: its rounding is no axis
+                axes.set_xlim(0.9 * middle, 1.1 * middle)
         return row
 
     def heading(self) -> list[str]:
@@ -193,7 +204,7 @@ class StaticFriction(Result):
     def tables(self) -> list[str]:
         """The numbers of all forms."""
         tables = pd.concat({name: fit.parameters for name, fit in self.fits.items()}, names=["form", "parameter"])
-        return [tables.to_string(float_format=lambda number: f"{number:.5g}")]
+        return [in_digits(tables).to_string()]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words: the chosen form, all forms with their parameters, notes."""
@@ -207,7 +218,7 @@ class StaticFriction(Result):
 
     def plot(self, ax: Any = None) -> Any:
         """Break-away force over stick time with the fits; returns the Axes."""
-        from stickslip.show.canvas import ABOVE, new_axes
+        from stickslip.show.canvas import ABOVE, in_units, new_axes
 
         axes = new_axes()[0] if ax is None else ax
         time, force = self.rows["stick_time"].to_numpy(), self.rows["used"].to_numpy()
@@ -216,9 +227,10 @@ class StaticFriction(Result):
         order = sorted(self.fits, key=lambda name: (name != self.chosen, self.fits[name].criterion))
         for name in order[:SHOWN]:
             axes.plot(grid, self.fits[name](grid), lw=2.5 if name == self.chosen else 1.0, label=name)
-        axes.set_xscale("log")
-        axes.set_xlabel("stick time")
-        axes.set_ylabel("break-away force" + (" above that of its slip" if self.relative else ""))
+        axes.set_xscale("log" if _spans(self.rows["stick_time"]) else "linear")
+        axes.set_xlabel("stick time" + in_units(self._units("time")))
+        above = " above that of its slip" if self.relative else ""
+        axes.set_ylabel("break-away force" + above + in_units(self._units("force")))
         axes.legend(**ABOVE, ncols=2)
         return axes
 
@@ -306,6 +318,19 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     return replace(found, notes=notes)
 
 
+def _unit(rows: pd.DataFrame, dimension: str) -> str:
+    """The unit of a force, a time or a force rate of these break-aways behind a number; nothing where it is not known."""
+    units = rows.attrs.get("units", {})
+    if "force" not in units or units["force"] == units.get("time", "1") == "1":
+        return ""
+    return f" {unit_of(dimension, units['force'], '1', units.get('time', '1'))}"
+
+
+def _spans(values: pd.Series) -> bool:
+    """Whether positive values span more than half a decade: a logarithmic axis of less has no whole power on it."""
+    return bool((values > 0).all() and values.max() > 3 * values.min())
+
+
 def _not_chosen(fits: dict[str, StaticFit]) -> list[str]:
     """The forms of which the break-aways do not tell every number."""
     named = [f"{fit.form} ({', '.join(fit.undetermined)})" for fit in fits.values() if fit.undetermined]
@@ -335,7 +360,9 @@ def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
         table["level"] = [math.nan if slip is None else record.slip_level(*slip) for slip in slips]
         table["sense"] = [record.sense_of(slip) for slip in slips]
         frames.append(table[table["stick_time"].notna() & (table["stick_time"] > 0)])
-    return pd.concat(frames, ignore_index=True)
+    rows = pd.concat(frames, ignore_index=True)
+    rows.attrs["units"] = dict(records[0].units)
+    return rows
 
 
 def common_error(rows: pd.DataFrame) -> Array:
@@ -411,8 +438,9 @@ def tied(rows: pd.DataFrame) -> list[str]:
     time = np.log(known["stick_time"].to_numpy())
     if one_rate(known):
         return [
-            f"All break-aways come at nearly one force rate ({math.exp(float(np.median(rate))):.3g}, one drive "
-            "velocity): stick time and force rate cannot be told apart, and the growth holds at that rate only."
+            f"All break-aways come at nearly one force rate ({math.exp(float(np.median(rate))):.3g}"
+            f"{_unit(rows, 'force time^-1')}, one drive velocity): stick time and force rate cannot be told "
+            "apart, and the growth holds at that rate only."
         ]
     correlation = float(np.corrcoef(time, rate)[0, 1])
     if abs(correlation) > 0.9:

@@ -42,6 +42,7 @@ class Sensitivity(OfTable):
 
     def plot(self, name: str, change: float = 0.1, ax: Any = None) -> Any:
         """Phase trajectories with one number changed by ∓ `change` of it, as in the paper's Fig. 10; returns the Axes."""
+        from stickslip.show.canvas import ABOVE, in_units
         from stickslip.show.canvas import axes as axes_of
 
         axes = axes_of(ax)
@@ -57,10 +58,12 @@ class Sensitivity(OfTable):
                 # Not a law there.
                 continue
             x, v = orbit.at(_fine(orbit, transient, transient + 3 * self.record_misfit.cycle))
-            axes.plot(x, v, lw=width, label=f"{name} = {number:.4g}")
-        axes.set_xlabel("displacement x")
-        axes.set_ylabel("velocity ẋ")
-        axes.legend(loc="best")
+            axes.plot(x, v, lw=width, label=f"{number:.4g}")
+        units = self.identification.records[0].units
+        velocity, time = units.get("slip_velocity"), units.get("time", "1")
+        axes.set_xlabel("displacement x" + in_units(velocity and velocity.removesuffix(f"/{time}")))
+        axes.set_ylabel("velocity ẋ" + in_units(velocity))
+        axes.legend(**ABOVE, ncols=3, columnspacing=1.0, title=name)
         return axes
 
 

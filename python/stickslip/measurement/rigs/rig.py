@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from stickslip.errors import InputError
 from stickslip.files.schema import Document, Limits, NotNegative, Positive, Says
-from stickslip.files.units import SPELLINGS, find_unit
+from stickslip.files.units import SPELLINGS, TEXTS, find_unit
 from stickslip.files.units import UNITS as SIZES
 from stickslip.measurement.rigs.layout import Layout
 
@@ -19,15 +19,31 @@ if TYPE_CHECKING:
 UNITS = {"spring_force": ("N", "mg", "1"), "displacement": ("m", "1")}
 """The usual units of each; any other unit of force or length will do too."""
 INSTRUMENTS = tuple(UNITS)
-DIMENSIONS = {"spring_force": "force", "displacement": "length"}
-TURNING = {
-    "stiffness": ("torsional_stiffness",),
-    "mass": ("inertia",),
-    "effective_mass": ("inertia",),
-    "drive_velocity": ("angular_speed",),
-    "damping": ("torsional_damping",),
+DIMENSIONS = {"spring_force": TEXTS["force"], "displacement": TEXTS["length"]}
+"""Of a mass that slides, and of one that turns."""
+QUANTITIES = {
+    "stiffness": TEXTS["stiffness"],
+    "mass": TEXTS["mass"],
+    "effective_mass": TEXTS["mass"],
+    "drive_velocity": TEXTS["velocity"],
+    "damping": TEXTS["damping"],
 }
-"""What the numbers of a mass that turns are."""
+
+
+class RigUnits(NamedTuple):
+    """The units in which the results of a rig are given."""
+
+    time: str
+    length: str
+    speed: str
+    acceleration: str
+    force: str
+    mass: str
+
+
+SLIDES = RigUnits("s", "m", "m/s", "m/s^2", "N", "kg")
+TURNS = RigUnits("s", "rad", "rad/s", "rad/s^2", "N m", "kg m^2")
+PURE = RigUnits(*["1"] * 6)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,14 +51,17 @@ class Rig(Document):
     """The rig behind one record of an oscillator that is driven by friction.
 
     m x'' + D x' + k x = friction, with x the extension of the spring from where it is slack. For a slider that a
-    moving stage pulls through a spring, x' = drive_velocity - slider velocity.
+    moving stage pulls through a spring, x' = drive_velocity - slider velocity. Of a mass that turns, x is an angle in rad,
+    forces are torques in N m, the mass is its moment of inertia in kg m^2, and so on; numbers with a unit or the unit of
+    the record say so.
 
     Parameters
     ----------
     instrument : ``"spring_force"`` (the record is the force k x of the spring) or ``"displacement"`` (it is x itself).
     column : name of the recorded variable, or its number from 1.
     unit : of force (``"N"``, ``"kip"``, ..., or ``"mg"``, force over weight) for a spring force, of length (``"m"``,
-        ``"mm"``, ...) for a displacement, ``"1"`` for either when the whole rig is dimensionless.
+        ``"mm"``, ...) for a displacement, of torque (``"N m"``, ...) or angle (``"deg"``, ...) for a mass that turns, ``"1"``
+        when the whole rig is dimensionless.
     scale : the size of one reading in that unit, for a record that is not calibrated or in a unit of its own; negative where
         the instrument counts the other way; default 1.
     rest : the reading, as it stands in the record, at which the spring is slack; default 0.
@@ -83,12 +102,12 @@ class Rig(Document):
 
     instrument: Annotated[str, Literal["spring_force", "displacement"]]
     column: Annotated[str | int, Says("the name of the recorded variable, or its number from 1")]
-    stiffness: Annotated[float, Limits(above=0, dimensions=("stiffness",))]
-    mass: Annotated[float, Limits(above=0, dimensions=("mass",))]
-    drive_velocity: Annotated[float, Limits(above=0, dimensions=("speed",))]
+    stiffness: Annotated[float, Limits(above=0, dimensions=QUANTITIES["stiffness"])]
+    mass: Annotated[float, Limits(above=0, dimensions=QUANTITIES["mass"])]
+    drive_velocity: Annotated[float, Limits(above=0, dimensions=QUANTITIES["drive_velocity"])]
     unit: str = ""
-    damping: Annotated[float, Limits(least=0, dimensions=("damping",))] = 0.0
-    effective_mass: Annotated[float, Limits(above=0, dimensions=("mass",))] | None = None
+    damping: Annotated[float, Limits(least=0, dimensions=QUANTITIES["damping"])] = 0.0
+    effective_mass: Annotated[float, Limits(above=0, dimensions=QUANTITIES["mass"])] | None = None
     scale: float = 1.0
     rest: float = 0.0
     time_column: Annotated[str | int, Says("the name of the time variable, or its number from 1")] | None = "t"
@@ -102,10 +121,13 @@ class Rig(Document):
     read: Layout = field(default_factory=Layout)
 
     def __post_init__(self) -> None:
+        turns = self._stated()
         super().__post_init__()
+        kinds = DIMENSIONS[self.instrument]
         if self.unit == "":
-            object.__setattr__(self, "unit", UNITS[self.instrument][0])
-        known = list(dict.fromkeys([*UNITS[self.instrument], *SIZES[DIMENSIONS[self.instrument]]]))
+            object.__setattr__(self, "unit", next(iter(SIZES[kinds[turns]])))
+        known = list(dict.fromkeys([*UNITS[self.instrument], *(unit for kind in kinds for unit in SIZES[kind])]))
+        object.__setattr__(self, "unit", SPELLINGS.get(self.unit, self.unit))
         if self.unit not in known:
             self.refuse(
                 f"unit of a {self.instrument} record must be one of {', '.join(known)}, got {self.unit!r}; for another one "
@@ -117,17 +139,51 @@ class Rig(Document):
         if not self.column:
             self.refuse(f"column must be the name of the recorded variable, or its number from 1, got {self.column!r}")
 
+    def _stated(self) -> bool:
+        """Whether the units that are written out are those of a mass that turns; units that contradict are refused."""
+        texts = {key: value for key in QUANTITIES if isinstance(value := getattr(self, key), str)}
+        found: dict[int, str] = {}  # 0 slides, 1 turns, and the first key that says so
+        for key, text in {"unit": self.unit, **texts}.items():
+            kinds = DIMENSIONS.get(self.instrument, ()) if key == "unit" else QUANTITIES[key]
+            unit = "N" if text == "mg" else text if key == "unit" else text.strip().partition(" ")[2].strip()
+            try:
+                found.setdefault(kinds.index(find_unit(unit, kinds, "rig")[0]), f"{key} = {text!r}")
+            except InputError:
+                continue  # what is wrong with it is said where it is read
+        if len(found) == 2:
+            self.refuse(
+                f"{found[1]} is of a mass that turns and {found[0]} of one that slides; give all units of one kind"
+            )
+        if found and self.unit == "1":
+            self.refuse(
+                f'unit = "1" is of a rig without units, and {next(iter(found.values()))}; write numbers alone, or the '
+                "unit of the record"
+            )
+        return 1 in found
+
+    @property
+    def units(self) -> RigUnits:
+        """The units of its results: those of a mass that slides or turns, or pure numbers.
+
+        >>> numbers = {"stiffness": 2.0, "mass": 0.005, "drive_velocity": 2.0}
+        >>> Rig(instrument="spring_force", column="torque", unit="N m", **numbers).units.speed
+        'rad/s'
+        """
+        if self.unit == "1":
+            return PURE
+        return TURNS if self.unit in SIZES[DIMENSIONS[self.instrument][1]] else SLIDES
+
     @property
     def inertia(self) -> float:
-        """Mass that multiplies the acceleration, in kg."""
+        """Mass (or moment of inertia) that multiplies the acceleration, in kg (kg m^2)."""
         return self.mass if self.effective_mass is None else self.effective_mass
 
     @property
     def force_unit(self) -> float:
-        """SI units (N or m) per reading of the record."""
+        """SI units (N or m, N m or rad) per reading of the record."""
         if self.unit == "mg":
             return self.scale * self.mass * self.gravity
-        return self.scale * (1.0 if self.unit == "1" else SIZES[DIMENSIONS[self.instrument]][self.unit])
+        return self.scale * (1.0 if self.unit == "1" else find_unit(self.unit, DIMENSIONS[self.instrument], "rig")[1])
 
     @property
     def natural_frequency(self) -> float:
@@ -156,8 +212,6 @@ class Rig(Document):
     @classmethod
     def from_dict(cls, table: Mapping[str, Any], where: str = "rig") -> Self:
         """Read a rig from the table of its document."""
-        if isinstance(table, Mapping):
-            _refuse_turning(table, where)
         # A file without time stamps says its rate; one with stamps in "t" may say both.
         if isinstance(table, Mapping) and "time_column" not in table and "sampling_rate" in table:
             table = {**table, "time_column": None}
@@ -167,16 +221,3 @@ class Rig(Document):
         """The table; of the layout what differs from the usual one."""
         table = super().to_dict() | {"read": self.read.changed()}
         return {key: value for key, value in table.items() if value != {}}
-
-
-def _refuse_turning(table: Mapping[str, Any], where: str) -> None:
-    """Say what to do for a mass that turns, whose units no rig of a mass on a spring has."""
-    for key, dimensions in {**TURNING, "unit": ("torque", "angle")}.items():
-        text = str(table.get(key, "")).strip()
-        unit = text if key == "unit" else text.partition(" ")[2].strip()
-        if any(SPELLINGS.get(unit, unit) in SIZES[dimension] for dimension in dimensions):
-            raise InputError(
-                f"{where}: {key} = {text!r} is of a mass that turns, and {table.get('instrument')} has no units of torsion: "
-                'write plain numbers in N m/rad, kg m^2, N m s/rad, rad/s and s with unit = "1" (forces are then in N m), '
-                'or take instrument = "direct_force" for a torque at the contact, with inertia'
-            )

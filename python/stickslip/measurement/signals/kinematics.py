@@ -159,14 +159,12 @@ def _move(source: Any, rig: Rig, method: str, cutoff: float | None) -> _Moved:
 
 
 def _data(moved: _Moved, rig: Rig, method: str) -> xr.Dataset:
-    units = ("1", "1", "1") if rig.unit == "1" else ("m", "m/s", "m/s^2")
-    s = moved.smooth
-    time_unit = "1" if rig.unit == "1" else "s"
-    data = xr.Dataset(coords={"time": ("time", moved.time, {"units": time_unit})})
+    units, s = rig.units, moved.smooth
+    data = xr.Dataset(coords={"time": ("time", moved.time, {"units": units.time})})
     for name, unit, values, error in (
-        ("x", units[0], s.x, s.x_error),
-        ("v", units[1], s.v, s.v_error),
-        ("a", units[2], s.a, s.a_error),
+        ("x", units.length, s.x, s.x_error),
+        ("v", units.speed, s.v, s.v_error),
+        ("a", units.acceleration, s.a, s.a_error),
     ):
         data[name] = ("time", values, {"units": unit})
         data[f"{name}_error"] = ("time", error, {"units": unit})
