@@ -143,13 +143,13 @@ def test_the_command_gives_intervals_of_a_fitted_law(tmp_path, capsys):
     ss.laws.StaticKinetic(1.0, 0.6).with_covariance(covariance).save(tmp_path / "law.toml")
     system.write_text('mass = 1.0\nstiffness = 1.0\ndamping = 0.1\ndrive_velocity = 0.3\nlaw = "law.toml"\n')
     command = ["critical", str(system), "--between", "0.2:0.8"]
-    assert main([*command, "--samples", "4", "--json"]) == 0
+    assert main([*command, "--samples", "10", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     low, high, laws = found["intervals"]["end_of_stick_slip"]
     value = dict(found["critical_velocities"])["end_of_stick_slip"]
-    assert laws == 4
+    assert laws == 10
     # under this law the speed is proportional to what friction falls by
-    drawn = [value / 0.4 * (one.break_away - one.kinetic) for one in ss.load_law(tmp_path / "law.toml").sample(4, 0)]
+    drawn = [value / 0.4 * (one.break_away - one.kinetic) for one in ss.load_law(tmp_path / "law.toml").sample(10, 0)]
     assert [low, high] == pytest.approx(np.quantile(drawn, [0.025, 0.975]), rel=1e-6)
     assert main([*command, "--samples", "12", "--max-seconds", "5"]) == 2
     assert "--samples does not go with --max-seconds" in capsys.readouterr().err

@@ -20,7 +20,7 @@ ARROWS = {
     "main": {"_core"},
     "files": {"errors"},
     "laws": {"_core", "errors", "files"},
-    "measurement": {"errors", "files"},
+    "measurement": {"_core", "errors", "files"},
     "model": {"_core", "errors", "files", "laws"},
     "simulation": {"_core", "errors", "files", "laws", "model"},
     "show": {"_core", "errors", "laws", "measurement", "simulation"},
