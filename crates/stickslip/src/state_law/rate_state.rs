@@ -66,8 +66,8 @@ impl RateState {
             return 0.0;
         }
         let mut state = self.reference_friction + self.b * psi[0];
-        if let (Some(b), Some(psi)) = (self.second_b, psi.get(1)) {
-            state += b * psi;
+        if let Some(b) = self.second_b {
+            state += b * psi[1];
         }
         let exponent = state / self.a;
         let log = ln(w.abs() / (2.0 * self.reference_velocity)) + exponent;
@@ -78,11 +78,6 @@ impl RateState {
             asinh(exp(log))
         };
         (self.a * inverse).copysign(w)
-    }
-
-    /// The lengths over which the states evolve.
-    fn lengths(&self) -> impl Iterator<Item = f64> {
-        [Some(self.length), self.second_length].into_iter().flatten()
     }
 
     /// How much of the aging at rest the composite law keeps, exp(−|w|/V_c).
@@ -167,12 +162,13 @@ impl StateFriction for RateState {
     }
 
     fn states(&self) -> usize {
-        self.lengths().count()
+        1 + usize::from(self.second_length.is_some())
     }
 
     fn rates(&self, w: f64, z: &[f64], rates: &mut [f64]) -> f64 {
-        for ((rate, &psi), length) in rates.iter_mut().zip(z).zip(self.lengths()) {
-            *rate = self.rate(w.abs(), psi) / length;
+        rates[0] = self.rate(w.abs(), z[0]) / self.length;
+        if let Some(length) = self.second_length {
+            rates[1] = self.rate(w.abs(), z[1]) / length;
         }
         self.normal_force * self.coefficient(w, z)
     }
@@ -188,8 +184,9 @@ impl StateFriction for RateState {
     }
 
     fn advance(&self, w: f64, z: &mut [f64], time: f64) {
-        for (psi, length) in z.iter_mut().zip(self.lengths()) {
-            *psi = self.after(w.abs(), *psi, length, time);
+        z[0] = self.after(w.abs(), z[0], self.length, time);
+        if let Some(length) = self.second_length {
+            z[1] = self.after(w.abs(), z[1], length, time);
         }
     }
 }
