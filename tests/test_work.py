@@ -18,10 +18,10 @@ WORK = {
     "Tabulated": (ss.laws.Tabulated([(0, 0.8), (0.2, 0.6), (0.5, 0.65)], [(0, 0.9), (2, 1.0), (6, 1.1)]), 3.92, 2, 3),
     "TwoBranch": (ss.laws.TwoBranch([(0, 1), (0.6, 0.7)], [(0, 0.6), (0.6, 0.7)], 1.0), 2.58, 1, 2),
     "BogaczRyczek": (ss.paper.calibration.CALIBRATIONS["one f_s(0)"].law, 3.88, 2, 10),
-    "Rational": (ss.laws.Rational(1.0, 3.0), 0.94, 13, 15),
-    "Cubic": (ss.laws.Cubic(0.4, 0.45, 0.6), 1.74, 7, 8),
-    "ExponentialStribeck": (ss.laws.ExponentialStribeck(1.0, 0.5, 0.1, 0.2), 1.31, 14, 14),
-    "PoppStelter": (ss.laws.PoppStelter(0.4, 0.1, 1.42, 0.01), 1.84, 6, 8),
+    "Rational": (ss.laws.Rational(1.0, 3.0), 0.94, 9, 11),
+    "Cubic": (ss.laws.Cubic(0.4, 0.45, 0.6), 1.74, 5, 6),
+    "ExponentialStribeck": (ss.laws.ExponentialStribeck(1.0, 0.5, 0.1, 0.2), 1.31, 10, 10),
+    "PoppStelter": (ss.laws.PoppStelter(0.4, 0.1, 1.42, 0.01), 1.84, 5, 6),
 }
 
 

@@ -314,7 +314,7 @@ impl<'a> Loop<'a> {
             let overflow = if grown { Stop::Diverged } else { Stop::NotANumber };
             if let Some(stop) = lost(&self.x)
                 .or_else(|| lost(&self.v))
-                .or_else(|| (!self.motion.is_finite()).then_some(overflow))
+                .or_else(|| (!self.motion.is_finite(&self.frame)).then_some(overflow))
             {
                 self.record_step();
                 return stop;

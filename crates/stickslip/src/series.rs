@@ -6,8 +6,11 @@
 use crate::elementary::exp;
 use crate::event::changes_sign;
 
-/// The highest power of a step that is kept. In double precision steps grow no longer beyond it.
-pub const ORDER: usize = 22;
+/// The highest power of a step that is kept, which smooth laws want: with more of them steps grow no longer by what they cost.
+pub const ORDER: usize = 28;
+
+/// The highest power where friction is linear: there events end most steps.
+pub(crate) const LINEAR_ORDER: usize = 22;
 
 /// The coefficients of 1, h, h², …
 pub type Series = [f64; ORDER + 1];
@@ -53,11 +56,15 @@ impl Default for Grown {
 /// Σ a_j b_{k−j} for j from `from` to k.
 #[inline]
 fn convolve(a: &Series, b: &Series, from: usize, k: usize) -> f64 {
-    // Four sums, so that one addition need not wait for the other; their order is fixed, so are the bits.
+    let last = a[k] * b[0];
+    if from == k {
+        return last;
+    }
+    // The ends, of which the other factors have just become known, come last: the rest need not wait for them. It has four
+    // sums, so that one addition need not wait for the other. The order is fixed, so are the bits.
     let mut sums = [0.0; 4];
-    let (a, b) = (&a[from..=k], &b[..=k - from]);
-    let mut forward = a.chunks_exact(4);
-    let mut backward = b.rchunks_exact(4);
+    let mut forward = a[from + 1..k].chunks_exact(4);
+    let mut backward = b[1..k - from].rchunks_exact(4);
     for (a, b) in forward.by_ref().zip(backward.by_ref()) {
         sums[0] += a[0] * b[3];
         sums[1] += a[1] * b[2];
@@ -68,7 +75,7 @@ fn convolve(a: &Series, b: &Series, from: usize, k: usize) -> f64 {
     for (sum, (a, b)) in sums.iter_mut().zip(rest) {
         *sum += a * b;
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3])
+    ((sums[0] + sums[1]) + (sums[2] + sums[3])) + a[from] * b[k - from] + last
 }
 
 /// Coefficient k of a · b.

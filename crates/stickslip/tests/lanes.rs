@@ -1,14 +1,17 @@
 //! Motions in lanes: the same bits in every width, and the events of the engine of single motions.
 
+use serde_json::json;
 use stickslip::batch::Batch;
 use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{OnEvent, Runner, Width, fits, forward};
 use stickslip::law::{Coulomb, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
+use stickslip::model::Start;
 use stickslip::orbit::{Event, Record, Segment};
 use stickslip::oscillator::Oscillator;
 use stickslip::rows::Rows;
 use stickslip::simulate::{Run, resume, simulate};
+use stickslip::sweep::{Look, Steady, Sweep};
 
 #[path = "support/dice.rs"]
 mod dice;
@@ -308,6 +311,60 @@ fn batches_do_not_depend_on_neighbours() {
         assert!((row.stick_time - stuck).abs() < 1e-9);
         for (point, event) in row.section.iter().rev().zip(releases.iter().rev()) {
             assert!((point[0] - event.t).abs() < 1e-9 && (point[1] - event.x).abs() < 1e-9);
+        }
+    }
+}
+
+/// What is seen of a window whose modes went in lanes is what a run of its own shows, also where the window has more events than
+/// are kept.
+#[test]
+fn a_window_shows_what_a_single_run_shows() {
+    let document = json!({
+        "mass": 1.0, "stiffness": 1.0, "damping": 0.05, "drive_velocity": 0.3,
+        "law": {"type": "StaticKinetic", "break_away": 1.0, "kinetic": 0.5},
+        "forcing": [{"amplitude": 0.5, "frequency": 0.7, "phase": 0.3}],
+    });
+    let points = (0..40).flat_map(|i| [0.04 * f64::from(i), 0.3 + 0.17 * f64::from(i % 12)]);
+    for (window, max_events) in [(8.0, 1_000_000), (700.0, 1_000_000), (700.0, 300)] {
+        let sweep = Sweep {
+            rows: Rows {
+                document: document.clone(),
+                names: vec!["forcing.0.amplitude".into(), "forcing.0.frequency".into()],
+                values: points.clone().collect(),
+            },
+            look: Look {
+                transient: 100.0,
+                window,
+                tolerance: 1e-6,
+                surface: None,
+                decide: 0,
+                early: 0.0,
+                points: 20,
+                max_events,
+                contact: 0,
+            },
+        };
+        let begin = Start::default();
+        let rows = sweep.rows(0..40, &begin, &mut || true).expect("good rows");
+        for (index, row) in rows.iter().enumerate() {
+            let single = sweep.row(index, &begin, &mut || true).expect("a good row");
+            let told = |row: &Steady| (row.regime, row.period, row.loops, row.events, row.stop);
+            assert_eq!(told(row), told(&single), "row {index} of {window}");
+            let shown = |row: &Steady| {
+                let section = row.section.iter().flat_map(|point| [point.t, point.x, point.v]);
+                let turns = row.extrema_x.iter().chain(&row.extrema_w).copied();
+                section.chain(turns).chain(row.x).chain(row.w).collect::<Vec<_>>()
+            };
+            let (some, other) = (shown(row), shown(&single));
+            assert_eq!(some.len(), other.len());
+            let near = some
+                .iter()
+                .zip(&other)
+                .all(|(one, other)| (one - other).abs() < 1e-8);
+            assert!(
+                near || row.period == 0,
+                "row {index} of {window}: {some:?} {other:?}"
+            );
         }
     }
 }

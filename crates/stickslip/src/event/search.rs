@@ -6,7 +6,7 @@
 //! is never a certificate: it may cost a sample, not an event.
 
 use super::Start;
-use crate::flow::enclosure::{Span, larger, reach};
+use crate::flow::enclosure::{Span, reach};
 use crate::law::End;
 use crate::series::INVERSE;
 use crate::watch::Watched;
@@ -276,7 +276,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
                 break;
             }
             let n = guard.order;
-            let bound = larger(left.bound[1 + n], right.bound[1 + n]);
+            let bound = left.bound[1 + n].max(right.bound[1 + n]);
             let (from, to) = (guard.margin(left), guard.margin(right));
             if to[0] <= 0.0 && root != Some(guard.end) && beyond(to, guard.rounding(right, self.motion)) {
                 return Verdict::Crossed(*guard);

@@ -16,9 +16,11 @@ use crate::harmonic::add_wave;
 use crate::law::{Friction, Law, Piece};
 use crate::matrix::{Matrix, Rows, filled};
 use crate::normal_force::NormalForce;
-use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, at, curvature_bound, free_time, slope_at};
+use crate::series::{
+    Grown, INVERSE, LINEAR_ORDER, ORDER, Series, ZERO, at, curvature_bound, free_time, slope_at,
+};
 use crate::spring::Spring;
-use crate::system::System;
+use crate::system::{Contact, System};
 pub(crate) use coefficients::Coefficients;
 use coefficients::{Acting, Layout};
 use tangent::Linear;
@@ -86,6 +88,8 @@ impl ForceLine {
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
     pub(crate) masses: usize,
+    /// The highest power of a step that is kept.
+    pub(crate) order: usize,
     inverse: Matrix,
     /// M⁻¹ K and M⁻¹ D.
     near: Rows<[f64; 2]>,
@@ -215,6 +219,8 @@ impl Frame {
                 }
             }
         }
+        let sides = |contact: &Contact| [-1.0, 1.0].map(|direction| contact.law.toward(direction).smooth());
+        let smooth: Vec<_> = system.contacts.iter().map(sides).collect();
         let rate = if free + fastest > 0.0 {
             free.max(fastest)
         } else {
@@ -245,9 +251,12 @@ impl Frame {
             drives,
             normals,
             springs: system.springs.clone(),
-            smooth: (system.contacts.iter())
-                .map(|c| [-1.0, 1.0].map(|direction| c.law.toward(direction).smooth()))
-                .collect(),
+            order: if smooth.concat().contains(&true) {
+                ORDER
+            } else {
+                LINEAR_ORDER
+            },
+            smooth,
         }
     }
 
@@ -407,10 +416,10 @@ impl Motion {
     pub(crate) fn of(frame: &Frame) -> Self {
         let (n, c) = (frame.masses, frame.ends.len());
         Self {
-            x: Coefficients::new(n),
-            v: Coefficients::new(n),
-            u: Coefficients::new(c),
-            force: Coefficients::new(c),
+            x: Coefficients::new(n, frame.order),
+            v: Coefficients::new(n, frame.order),
+            u: Coefficients::new(c, frame.order),
+            force: Coefficients::new(c, frame.order),
             speed: vec![ZERO; c],
             given: vec![ZERO; c],
             normal: vec![ZERO; c],
@@ -518,7 +527,7 @@ impl Motion {
         );
     }
 
-    /// Expand from (x, v), after [`Motion::aim`]: every coefficient up to [`ORDER`], friction up to one less.
+    /// Expand from (x, v), after [`Motion::aim`]: every coefficient up to the order of the frame, friction up to one less.
     pub(crate) fn expand(
         &mut self,
         frame: &Frame,
@@ -539,7 +548,7 @@ impl Motion {
     /// The same for one mass on one drive, where the bookkeeping would cost more than the motion.
     fn expand_single(&mut self, frame: &Frame, law: &Law, force_line: ForceLine, x0: f64, v0: f64) {
         let [spring, damper] = frame.near.row(0).first().map_or([0.0; 2], |(_, near)| *near);
-        let response = frame.response(0, 0);
+        let (response, order) = (frame.response(0, 0), frame.order);
         let slip = self.drive[0][0] - v0 - self.lost[0][1];
         let (x, v, u) = (self.x.only(), self.v.only(), self.u.only());
         let (force, drive, input) = (self.force.only(), &self.drive[0], &self.input[0]);
@@ -551,20 +560,20 @@ impl Motion {
             still,
         } = force_line;
         if force_line.holds() {
-            for k in 0..ORDER {
+            for k in 0..order {
                 let wanted = (k + 1) as f64 * drive[k + 1];
                 u[k] = if k == 0 { force_line.sign() * slip } else { 0.0 };
                 force[k] = (wanted - input[k] + spring * x[k] + damper * v[k]) / response;
                 x[k + 1] = v[k] * INVERSE[k + 1];
                 v[k + 1] = drive[k + 1];
             }
-            u[ORDER] = 0.0;
+            u[order] = 0.0;
             return;
         }
         let (smooth, law) = (frame.is_smooth(0, direction), law.toward(direction));
         let grown = &mut self.grown[0];
         let pull = response * direction;
-        for k in 0..ORDER {
+        for k in 0..order {
             u[k] = direction * if k == 0 { slip } else { drive[k] - v[k] };
             let size = if smooth {
                 law.extend(u, k, grown)
@@ -580,12 +589,12 @@ impl Motion {
             x[k + 1] = v[k] * INVERSE[k + 1];
             v[k + 1] = a * INVERSE[k + 1];
         }
-        u[ORDER] = direction * (drive[ORDER] - v[ORDER]);
+        u[order] = direction * (drive[order] - v[order]);
     }
 
     /// Whether all numbers it is made of are in the range of double precision: the last coefficients are the largest.
-    pub(crate) fn is_finite(&self) -> bool {
-        let last = self.x.of(ORDER).iter().chain(self.v.of(ORDER));
+    pub(crate) fn is_finite(&self, frame: &Frame) -> bool {
+        let last = self.x.of(frame.order).iter().chain(self.v.of(frame.order));
         last.sum::<f64>().is_finite()
     }
 
@@ -640,20 +649,21 @@ impl Motion {
     pub(crate) fn reach(&self, frame: &Frame, force_lines: &[ForceLine], scale: f64) -> f64 {
         let mut rate = self.pace(frame, force_lines);
         let bound = NEGLIGIBLE * scale;
-        let sizes = [ORDER, ORDER - 1].map(|k| (k, self.size(frame.rate, k)));
+        let order = frame.order;
+        let sizes = [order, order - 1].map(|k| (k, self.size(frame.rate, k)));
         if sizes.iter().all(|(_, size)| *size == 0.0) {
             // The series has come to its end, as that of a mass on a constant drive: only waves go on.
             rate = frame.fastest;
         }
         let exponents = sizes.map(|(k, size)| ln(bound / size) * (1.0 / k as f64));
         let mut shortest = exp(exponents[0].min(exponents[1])).min(LONGEST / rate);
-        let mut held = [ORDER - 2, ORDER - 1].map(|k| (k, f64::INFINITY));
+        let mut held = [order - 2, order - 1].map(|k| (k, f64::INFINITY));
         for (c, force_line) in force_lines.iter().enumerate() {
             if let Some(normal) = &frame.normals[c] {
                 // It may vary while the masses do not.
                 let across = |of: &[f64]| frame.across(c, |i| of[i]);
                 let size = normal.size(across(self.x.of(0)), across(self.v.of(0)));
-                for k in [ORDER - 1, ORDER] {
+                for k in [order - 1, order] {
                     let share = NEGLIGIBLE * size / self.normal[c][k].abs();
                     shortest = shortest.min(power(share, 1.0 / k as f64));
                 }
@@ -666,7 +676,7 @@ impl Motion {
                 }
             } else if !frame.drives[c].harmonics.is_empty() {
                 // A drive may vary while the mass below it does not.
-                for k in [ORDER - 1, ORDER] {
+                for k in [order - 1, order] {
                     shortest = shortest.min(power(bound / self.u.of(k)[c].abs(), 1.0 / k as f64));
                 }
             }

@@ -80,11 +80,6 @@ impl RateState {
         (self.reference_friction + self.effect(psi)) / self.a
     }
 
-    /// The lengths over which the states evolve.
-    fn lengths(&self) -> impl Iterator<Item = f64> {
-        [Some(self.length), self.second_length].into_iter().flatten()
-    }
-
     /// How much of the aging at rest the composite law keeps, exp(−|w|/V_c).
     fn aging(&self, speed: f64) -> f64 {
         exp(-speed / self.cutoff_velocity.unwrap_or(f64::INFINITY))
@@ -167,12 +162,13 @@ impl StateFriction for RateState {
     }
 
     fn states(&self) -> usize {
-        self.lengths().count()
+        1 + usize::from(self.second_length.is_some())
     }
 
     fn rates(&self, w: f64, z: &[f64], rates: &mut [f64]) -> f64 {
-        for ((rate, &psi), length) in rates.iter_mut().zip(z).zip(self.lengths()) {
-            *rate = self.rate(w.abs(), psi) / length;
+        rates[0] = self.rate(w.abs(), z[0]) / self.length;
+        if let Some(length) = self.second_length {
+            rates[1] = self.rate(w.abs(), z[1]) / length;
         }
         self.normal_force * self.a * self.slip_variable(w, z)
     }
@@ -218,8 +214,9 @@ impl StateFriction for RateState {
     }
 
     fn advance(&self, w: f64, z: &mut [f64], time: f64) {
-        for (psi, length) in z.iter_mut().zip(self.lengths()) {
-            *psi = self.after(w.abs(), *psi, length, time);
+        z[0] = self.after(w.abs(), z[0], self.length, time);
+        if let Some(length) = self.second_length {
+            z[1] = self.after(w.abs(), z[1], length, time);
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::dual::Dual;
 use crate::flow::taylor::tangent::{ABREAST, Given, Lanes, Linear, Tangent, Wide, stiffening, wide_at};
 use crate::flow::taylor::{Coefficients, ForceLine, Frame, Held, Motion};
 use crate::law::Law;
-use crate::series::{ORDER, Series, ZERO, derivative, slope_at};
+use crate::series::{Series, ZERO, derivative, slope_at};
 use crate::system::System;
 
 /// A phase of more steps has run away from the motion it was taken from, to where its law grows without bound.
@@ -262,7 +262,7 @@ impl<'a> Course<'a> {
         let mode = self.mode(&here, contact_states);
         (expansion.begin, expansion.leapt) = (0.0, None);
         for step in 0.. {
-            self.expand(ORDER, &here, contact_states, &mode, clock, expansion);
+            self.expand(self.frame.order, &here, contact_states, &mode, clock, expansion);
             if tau - expansion.begin <= expansion.reach {
                 expansion.h = tau - expansion.begin;
                 return;
@@ -395,7 +395,7 @@ impl<'a> Course<'a> {
         motion.aim(&self.frame, clock);
         motion.expand(&self.frame, &self.laws, force_lines, held, x, v);
         let rate = self.frame.rate;
-        expansion.reach = if order < ORDER {
+        expansion.reach = if order < self.frame.order {
             0.0
         } else {
             let sizes = x.iter().map(|x| rate * x.abs()).chain(v.iter().map(|v| v.abs()));
@@ -477,7 +477,7 @@ impl<'a> Course<'a> {
                 &given.collect::<Vec<_>>(),
             );
             // Those of its tangents need not be.
-            if expansion.reach.is_infinite() && !tangent.ended() {
+            if expansion.reach.is_infinite() && !tangent.ended(order) {
                 expansion.reach = 1.0 / rate;
             }
         }

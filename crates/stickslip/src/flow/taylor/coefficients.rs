@@ -117,11 +117,18 @@ pub(crate) struct Coefficients {
 }
 
 impl Coefficients {
-    pub(super) fn new(count: usize) -> Self {
+    /// Of an order; a single one is a series as others are.
+    pub(super) fn new(count: usize, order: usize) -> Self {
+        let order = if count == 1 { ORDER } else { order };
         Self {
             count,
-            numbers: vec![0.0; count * (ORDER + 1)],
+            numbers: vec![0.0; count * (order + 1)],
         }
+    }
+
+    /// The highest power.
+    fn order(&self) -> usize {
+        self.numbers.len() / self.count - 1
     }
 
     /// How many series.
@@ -157,10 +164,8 @@ impl Coefficients {
     }
 
     fn set(&mut self, i: usize, series: &Series) {
-        let mut index = i;
-        for number in series {
-            self.numbers[index] = *number;
-            index += self.count;
+        for (row, number) in self.numbers.chunks_exact_mut(self.count).zip(series) {
+            row[i] = *number;
         }
     }
 
@@ -172,7 +177,7 @@ impl Coefficients {
             return gains.push(gain(&self.series(0), h));
         }
         gains.resize(self.count, 0.0);
-        for k in (1..=ORDER).rev() {
+        for k in (1..=self.order()).rev() {
             for (sum, term) in gains.iter_mut().zip(self.of(k)) {
                 *sum = *sum * h + term;
             }
@@ -187,8 +192,9 @@ impl Coefficients {
         if self.count == 1 {
             return vec![slope_at(&self.series(0), h).1];
         }
-        let (mut values, mut slopes) = (self.of(ORDER).to_vec(), vec![0.0; self.count]);
-        for k in (0..ORDER).rev() {
+        let order = self.order();
+        let (mut values, mut slopes) = (self.of(order).to_vec(), vec![0.0; self.count]);
+        for k in (0..order).rev() {
             for ((slope, value), term) in slopes.iter_mut().zip(&mut values).zip(self.of(k)) {
                 *slope = *slope * h + *value;
                 *value = *value * h + term;
@@ -224,8 +230,8 @@ impl Acting {
     pub(super) fn new(frame: &Frame) -> Self {
         let (n, c) = (frame.masses, frame.ends.len());
         Self {
-            drive: Coefficients::new(c),
-            input: Coefficients::new(n),
+            drive: Coefficients::new(c, frame.order),
+            input: Coefficients::new(n, frame.order),
             lines: Lines {
                 sign: vec![0.0; c],
                 turn: vec![0.0; c],
@@ -447,7 +453,8 @@ impl Motion {
         let sloped = !lines.others.is_empty() || lines.slope.iter().any(|slope| *slope != 0.0);
         // Adhesion leaves no mass any freedom.
         let ridden = held.contacts.len() == frame.masses && !frame.loops;
-        for k in 0..ORDER {
+        let order = frame.order;
+        for k in 0..order {
             self.free(frame, k);
             self.speeds(frame, k);
             if k == 0 {
@@ -478,14 +485,14 @@ impl Motion {
                 *v = a * share;
             }
         }
-        self.speeds(frame, ORDER);
+        self.speeds(frame, order);
         for at in 0..self.acting.lines.others.len() {
-            self.press(frame, self.acting.lines.others[at], ORDER);
+            self.press(frame, self.acting.lines.others[at], order);
         }
-        let x = self.x.of(ORDER);
+        let x = self.x.of(order);
         for (s, spring) in frame.springs.iter().enumerate() {
             let at = spring.other.map_or(0.0, |other| x[other]);
-            self.displacement[s][ORDER] = x[spring.mass] - at;
+            self.displacement[s][order] = x[spring.mass] - at;
         }
     }
 

@@ -208,12 +208,12 @@ impl Tangent {
         }
     }
 
-    /// Whether its series have come to their end.
-    pub(crate) fn ended(&self) -> bool {
+    /// Whether its series, of this order, have come to their end.
+    pub(crate) fn ended(&self, order: usize) -> bool {
         let series = self.x.iter().chain(&self.v);
-        let forces = self.force.iter().map(|force| &force[ORDER - 1]);
+        let forces = self.force.iter().map(|force| &force[order - 1]);
         series
-            .map(|series| &series[ORDER])
+            .map(|series| &series[order])
             .chain(forces)
             .all(|last| *last == Lanes::NOTHING)
     }
