@@ -231,4 +231,9 @@ def test_steady_slip_that_is_unstable_at_every_speed_is_said(tmp_path, capsys):
     (tmp_path / "system.toml").write_text(system.to_toml())
     assert main(["critical", str(tmp_path / "system.toml"), "--between", "0.2:0.6"]) == 0
     assert "steady slip is unstable at every speed from 0.2 to 0.6" in capsys.readouterr().out
-    assert ss.critical_velocities(ss.System([1.0], [[1.0]], 0.1, ss.Contact(0, ss.laws.Coulomb(0.1), 0.3)), (0.2, 0.3)).unstable is None
+    assert (
+        ss.critical_velocities(
+            ss.System([1.0], [[1.0]], 0.1, ss.Contact(0, ss.laws.Coulomb(0.1), 0.3)), (0.2, 0.3)
+        ).unstable
+        is None
+    )

@@ -93,7 +93,9 @@ def test_c_has_that_function_too(tmp_path):
 
 def test_the_static_friction_of_a_rest_is_asked_for():
     law = ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.4)
-    with pytest.raises(ss.InputError, match="static friction of DwellTime grows with rest; give the stick_time \\(--stick-time\\)"):
+    with pytest.raises(
+        ss.InputError, match="static friction of DwellTime grows with rest; give the stick_time \\(--stick-time\\)"
+    ):
         law_code(law, "python", w_max=1.0)
     text = law_code(law, "python", w_max=1.0, stick_time=2.0)
     assert in_python(text, W[:1], 9.0) == [law.break_away_force(2.0)]

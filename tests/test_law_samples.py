@@ -96,5 +96,5 @@ def test_a_law_made_by_hand_is_saved_with_or_without_its_covariance(tmp_path: Pa
 
 
 def test_a_seed_that_is_missing_is_asked_for():
-    with pytest.raises(ss.InputError, match="a seed is missing.*write seed=0"):
+    with pytest.raises(ss.InputError, match=r"a seed is missing.*write seed=0"):
         LAW.with_covariance(COVARIANCE).sample(3)

@@ -114,7 +114,8 @@ def test_words_outside_the_window_are_nobodys_concern(tmp_path: Path, words: str
     for start, said in ((0.2, "row 4"), (0.4, "row 6")):
         with pytest.raises(ss.InputError, match=f"{said}.*(a number was expected|cells)"):
             record((start, 8.0))
-    with pytest.raises(ss.InputError, match="row 4"):  # without stamps it is not known how many samples the rows stand for
+    # Without stamps it is not known how many samples the rows stand for.
+    with pytest.raises(ss.InputError, match="row 4"):
         record((0.6, 8.0), time_column=None, sampling_rate=10.0)
     bench = load_rig(
         {

@@ -182,7 +182,10 @@ def test_a_matlab_file_named_csv_is_refused(tmp_path, capsys) -> None:
     [
         (SPRING.replace('"m"', '"bar"'), "unit of a displacement record must be one of m, 1, cm"),
         (SPRING.replace("mass = 1.0", "mass = -1"), "mass must be a positive number, got -1"),
-        (SPRING.replace("mass = 1.0", 'mass = "1 N"'), "mass: the unit must be one of kg, g, lb, kg m^2, kg cm^2, got 'N'"),
+        (
+            SPRING.replace("mass = 1.0", 'mass = "1 N"'),
+            "mass: the unit must be one of kg, g, lb, kg m^2, kg cm^2, got 'N'",
+        ),
         (SPRING + "stifness = 1\n", "unknown key 'stifness' (did you mean 'stiffness'?)"),
         (SPRING.replace('"displacement"', "displacement"), "not a TOML document"),
         ("", "instrument is missing"),

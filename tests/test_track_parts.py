@@ -361,7 +361,9 @@ def test_the_parts_above_all_heights_are_those_that_each_cut_shows():
             before, before_labels, before_expected = above
             for spot in before:
                 (label,) = [one for one, its in before_expected.items() if its == spot[:5]]
-                around = int(labels[np.argwhere(before_labels == label)[0][0], np.argwhere(before_labels == label)[0][1]])
+                around = int(
+                    labels[np.argwhere(before_labels == label)[0][0], np.argwhere(before_labels == label)[0][1]]
+                )
                 assert expected.get(around) == (level[spot[5]][:5] if spot[5] >= 0 else None)
         kept, above = kept + len(level), (level, labels, expected)
     assert kept > 60

@@ -167,7 +167,7 @@ def test_units_of_a_mass_that_turns_do_not_go_with_those_of_one_that_moves_along
     path, name = tmp_path / "system.toml", written.partition(" ")[0]
     lines = [written if line.startswith(f"{name} ") else line for line in SYSTEM.splitlines()]
     path.write_text("\n".join(lines))
-    with pytest.raises(ss.InputError, match="is of a mass that turns and .* of one that moves along a line"):
+    with pytest.raises(ss.InputError, match=r"is of a mass that turns and .* of one that moves along a line"):
         ss.load_system(path)
 
 

@@ -49,7 +49,13 @@ def run(options: argparse.Namespace) -> None:
         hidden = [[point.kind, point.parameter] for point in found.not_shown]
         neutral = [list(item) for item in found.neutral]
         brackets = [list(item) for item in found.brackets]
-        rest = {"not_shown": hidden, "neutral": neutral, "finished": found.finished, "brackets": brackets, "unstable": found.unstable}
+        rest = {
+            "not_shown": hidden,
+            "neutral": neutral,
+            "finished": found.finished,
+            "brackets": brackets,
+            "unstable": found.unstable,
+        }
         say_json(all_of_them | rest | ({"intervals": spread} if options.samples is not None else {}))
         return
     natures = {("hopf", value): f", {word}" for value, word in found.criticalities}

@@ -243,9 +243,9 @@ def check_one_kind(table: Mapping[str, object], where: str) -> None:
 
     Frequencies and phases have their units in either. Masses of both kinds in one document are believed.
 
-    >>> check_one_kind({"mass": "1 kg", "stiffness": "600 N m/rad"}, "a.toml")
+    >>> check_one_kind({"mass": "1 kg", "stiffness": "600 N m/rad"}, "a.toml")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    stickslip.errors.InputError: a.toml: stiffness = '600 N m/rad' is of a mass that turns and mass = '1 kg' of one that moves along a line; ...
+    stickslip.errors.InputError: a.toml: stiffness = '600 N m/rad' is of a mass that turns and mass = '1 kg' of one that ...
     """
     found: dict[bool, tuple[str, str]] = {}
     masses: set[bool] = set()

@@ -144,7 +144,8 @@ def law_code(
     static = [law.break_away_force(rest, direction * 1e-300) for direction in (1.0, -1.0)]
     if stick_time is None and law.break_away_force(1e9) > static[0] * (1 + 1e-9):
         raise InputError(
-            f"law_code: the static friction of {kind} grows with rest; give the stick_time (--stick-time) of which it is to be"
+            f"law_code: the static friction of {kind} grows with rest; give the stick_time (--stick-time) "
+            "of which it is to be"
         )
     bound = 1e-4 * static[0] if error is None else positive("error", error, "law_code")
     tiny = 1e-12 * top  # f(0+) where a function of w asks for f(0)

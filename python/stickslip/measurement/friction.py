@@ -34,10 +34,10 @@ from stickslip.measurement.read import Record, as_record
 from stickslip.measurement.recalibration import Draft, another_drive_velocity, most_mistaken, recalibrated, rigid_sticks
 from stickslip.measurement.regime import intermittence, regime, slow_share, undecided
 from stickslip.measurement.result import release
-from stickslip.measurement.ripple import Shaken, find_ripple, refined_ripple, said_of, without
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
+from stickslip.measurement.ripple import Shaken, find_ripple, refined_ripple, said_of, without
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 from stickslip.measurement.signals.slip_evidence import SlipModel
@@ -307,7 +307,7 @@ def _without_ripple(draft: Draft, rig: Rig) -> tuple[Draft, Shaken | None]:
         return draft, None
     shaken = Shaken(ripple, True)
     still = without(draft, shaken)
-    trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
+    _, slope, rigid = rigid_sticks(still, o.drive_velocity)
     if slope is None or not rigid or abs(slope.value / o.drive_velocity - 1) > most_mistaken(rig):
         return draft, None
     if not (sticks := _rigid_fit(still)[0]):

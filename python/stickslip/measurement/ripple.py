@@ -140,7 +140,9 @@ class Shaken:
         added = [sum(factor * self.ripple.at(ends, d + rate) for d, factor in enumerate(held)) for rate in (0, 1)]
         # limits of one record are early or late alike
         misplaced = np.array([stick.end_error for stick in sticks if stick.ends])
-        common = math.hypot(unsure, _rms(added[1] * misplaced), self.ripple.error * (held[0] + held[1] * fastest + held[2] * fastest**2))
+        common = math.hypot(
+            unsure, _rms(added[1] * misplaced), self.ripple.error * (held[0] + held[1] * fastest + held[2] * fastest**2)
+        )
         return replace(
             friction,
             extension=friction.extension + seen[0],
@@ -367,8 +369,8 @@ def said_of(shaken: Shaken, o: OscillatorConstants, unit: str) -> str:
     name = f"while stuck the record has a line that is alike in all sticks ({lines})"
     if shaken.everywhere:
         return (
-            f"{name}, and the slips have it too: the instrument shakes, or the end of the spring that is pulled; it was taken "
-            "out, and its force on the spring given back where break-aways scatter less with it"
+            f"{name}, and the slips have it too: the instrument shakes, or the end of the spring that is pulled; it was "
+            "taken out, and its force on the spring given back where break-aways scatter less with it"
         )
     swing = float(shaken.ripple.amplitudes @ (o.stiffness + o.mass * shaken.ripple.rates**2))
     return (

@@ -33,10 +33,7 @@ def other_motions(system: Oscillator, value: float, branches: Sequence[Branch], 
     grid = np.linspace(-1.0, 1.0, starts) * half
     frequency = 2 * np.pi / system.natural_period
     # Beside symmetries, at which a start may stay where hardly any other does.
-    found = basins(
-        system, x=middle + grid + 0.01 * half, v=frequency * (grid + 0.007 * half),
-        progress=lambda *_: None,
-    )  # fmt: skip
+    found = basins(system, x=middle + grid + 0.01 * half, v=frequency * (grid + 0.007 * half), progress=lambda *_: None)
     regimes = found["attractor_regime"].values.tolist()
     for number, regime in enumerate(regimes):
         x = (found["attractor_x_min"].values[number].item(), found["attractor_x_max"].values[number].item())
@@ -67,8 +64,8 @@ def _has(branch: Branch, value: float, x: tuple[float, float], reach: float) -> 
     gaps = values[near + 1] - values[near]
     shares = np.divide(value - values[near], gaps, out=np.zeros(len(near)), where=gaps != 0)
     size = max(x[1] - x[0], _REST * reach)
-    for ends, end in ((branch.x_min, x[0]), (branch.x_max, x[1])):
-        ends = np.asarray(ends)
+    for column, end in ((branch.x_min, x[0]), (branch.x_max, x[1])):
+        ends = np.asarray(column)
         at = ends[near] + shares * (ends[near + 1] - ends[near])
         far = np.abs(ends[near + 1] - ends[near])
         near, shares = (part[np.abs(at - end) < _SAME * size + far] for part in (near, shares))

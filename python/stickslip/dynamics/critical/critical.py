@@ -230,7 +230,9 @@ def critical_velocities(
     steady, neutral = steady_changes(system, _PATH, (low, high))
     smooth = [value for kind, value in steady if kind == "hopf"]
     natures = tuple((value, criticality(system, _PATH, value)) for value in smooth)
-    looked = [] if steady or neutral else [steady_slip(with_number(system, _PATH, v)) for v in np.linspace(low, high, 5)]
+    looked = (
+        [] if steady or neutral else [steady_slip(with_number(system, _PATH, v)) for v in np.linspace(low, high, 5)]
+    )
     everywhere = bool(looked) and all(state is not None and state.growth > 0 for state in looked)
     unstable = (low, high) if everywhere else None
     found: list[tuple[str, float]] = []

@@ -366,15 +366,15 @@ def event_cycle(
     if refined is not None:
         return _closed(system, _FROM_GUESS[0] * slowest * (periods or 1), refined, False, periods, progress)[0]
     # A motion that has come to rest by the end of a longer run says most.
-    refusal = next((one for one in refusals if str(one) == STEADY), refusals[0 if settles else -1])
-    if str(refusal) == _NO_RETURNS and not settles:
+    clearest = next((one for one in refusals if str(one) == STEADY), refusals[0 if settles else -1])
+    if str(clearest) == _NO_RETURNS and not settles:
         raise InputError(
             "periodic_orbit: the run from the guess has no two returns: it leaves the orbit, comes to rest or slips "
             "steadily; give a guess nearer to the orbit, or a longer t_end"
         )
-    if settles and not str(refusal).startswith("periodic_orbit"):
-        raise InputError(f"{refusal}: the motion from rest is meant; for an orbit elsewhere give a guess (x, v)")
-    raise refusal
+    if settles and not str(clearest).startswith("periodic_orbit"):
+        raise InputError(f"{clearest}: the motion from rest is meant; for an orbit elsewhere give a guess (x, v)")
+    raise clearest
 
 
 def _without_events(system: Any, start: tuple[Any, Any], periods: int) -> tuple[Any, Any] | None:

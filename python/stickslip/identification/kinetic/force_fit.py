@@ -177,7 +177,8 @@ class Problem:
     def late(self, law: Law) -> list[Array]:
         """For each group how its residuals change by what all rows of its record share, by one standard error.
 
-        All break-aways may be seen late, and all forces be off. Of a late break-away the force is read further up the loading line, and the stick is taken for longer than it was.
+        All break-aways may be seen late, and all forces be off. Of a late break-away the force is read
+        further up the loading line, and the stick is taken for longer than it was.
         """
         found = [np.zeros_like(stated) for stated in self.stated]
         for i, (number, kind) in enumerate(self.groups):

@@ -179,9 +179,7 @@ def _walk(
                 value.append(float("nan"))
             else:
                 comma = _is_number(row[i], ",") and '; [read] decimal = "," reads decimal commas'
-                fault(
-                    number, f"row {number}, column {header[i]!r}: a number was expected, got {row[i]!r}{comma or ''}"
-                )
+                fault(number, f"row {number}, column {header[i]!r}: a number was expected, got {row[i]!r}{comma or ''}")
                 value.append(float("nan"))
         kept.append(number)
         values.append(value)

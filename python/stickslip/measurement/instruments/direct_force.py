@@ -19,7 +19,8 @@ from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Bench, C
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
 from stickslip.measurement.signals.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset, lag_of_force
-from stickslip.measurement.signals.noise import noise_level, stretches
+from stickslip.measurement.signals.noise import lone_spikes, noise_level, stretches
+from stickslip.measurement.signals.signs import unsigned
 from stickslip.measurement.signals.smooth import jerk_spline
 from stickslip.measurement.signals.spectra import main_line
 
@@ -234,6 +235,16 @@ def _run(record: Samples, bench: Bench) -> _Run:
             f"{record.source}: nothing moves in this record, so it holds no friction of slip; take another"
         )
     notes.append(f"speed and acceleration are smoothed with a cut-off of {smooth.cutoff:.3g} Hz")
+    spikes = lone_spikes(force, noise_level(force), w)
+    if spikes.any():
+        notes.append(
+            f"{np.count_nonzero(spikes)} isolated impulses of the force ({100 * spikes.mean():.2g} % of the samples) "
+            "were left out"
+        )
+        record, kept = record.part(~spikes), ~spikes
+        time, force, w, w_error, acceleration, acceleration_error = (
+            values[kept] for values in (time, force, w, w_error, acceleration, acceleration_error)
+        )
     inertia = bench.number("inertia")
     unit = record.units["force"]
     if (lag := lag_of_force(time, force, w, acceleration)) is not None:
@@ -245,6 +256,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
             f"clock_offset = {offset:.3g} in the rig takes out, or friction that builds up over a distance at each reversal"
         )
     friction = force - inertia * acceleration
+    notes += unsigned(w, friction, record.source)
     error = np.hypot(noise_level(force), inertia * np.hypot(acceleration_error, record.scale_error * acceleration))
     if inertia == 0.0:
         notes.append(

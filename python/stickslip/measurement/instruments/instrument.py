@@ -364,7 +364,9 @@ class Instrument:
             if abs(channel.scale) == 1:
                 table.refuse_unit(names[0], channel.unit, stated, f'unit = "{{}}" for {name}')
             if not channel.unit and stated and stated != "px" and stated != si_unit(dimensions[name][0]):
-                taken.append(f"column {names[0]!r} was read in {stated}, as the record says; the rig gives no unit for {name}")
+                taken.append(
+                    f"column {names[0]!r} was read in {stated}, as the record says; the rig gives no unit for {name}"
+                )
             unit = channel.unit or stated or si_unit(dimensions[name][0])
             dimension, size = find_unit(unit, dimensions[name], name)
             values = channel.calibrated(raw, f"{table.source}: {name}") * size

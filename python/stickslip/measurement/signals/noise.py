@@ -65,6 +65,38 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     return found
 
 
+def lone_spikes(force: Array, noise: float, speed: Array) -> npt.NDArray[np.bool_]:
+    """`impulses` of a friction force, without the peaks of friction itself.
+
+    A spike lies beyond its six neighbours, the highest and the lowest of them left out, by more than their range. Where the
+    speed changes its sense or more than doubles among them, friction has short peaks of its own: there it must lie beyond
+    them by more than the range of the whole record.
+
+    Parameters
+    ----------
+    force, speed : (n,) of one record.
+    noise : standard deviation of the force.
+
+    Examples
+    --------
+    >>> speed = np.sin(np.arange(2000) / 50)
+    >>> force = 5 * np.sign(speed)
+    >>> force[[400, 1001]] += 60.0
+    >>> np.flatnonzero(lone_spikes(force, 0.1, speed)).tolist()
+    [400, 1001]
+    """
+    found = impulses(force, noise)
+    whole = float(np.subtract(*np.quantile(force, [0.99, 0.01])))
+    for at in np.flatnonzero(found):
+        first, last = max(at - 3, 0), at + 4
+        beside = np.sort(np.delete(force[first:last], at - first))[1:-1]
+        speeds = speed[first:last]
+        steady = speeds.min() > 0.5 * speeds.max() > 0 or speeds.max() < 0.5 * speeds.min() < 0
+        excess = max(force[at] - beside[-1], beside[0] - force[at])
+        found[at] = excess > (beside[-1] - beside[0] if steady else whole)
+    return found
+
+
 def stretches(mask: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First and one past the last index of every run of True.
 

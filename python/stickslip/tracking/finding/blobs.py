@@ -154,12 +154,11 @@ def _one_each(found: Detections) -> Detections:
     return found.take(np.sort(np.array(kept, np.int64)))
 
 
-def _chains(
-    work: ResponseMap, heights: Array, smallest: float, largest: float, least: int
-) -> list[list[_Spot]]:
+def _chains(work: ResponseMap, heights: Array, smallest: float, largest: float, least: int) -> list[list[_Spot]]:
     """Spots inside each other, from the highest level down; one list a blob."""
     finished: list[list[_Spot]] = []
-    growing: list[tuple[list[_Spot], int]] = []  # with the number of the spot below that holds the last one, -1 for none
+    # With the number of the spot below that holds the last one, -1 for none.
+    growing: list[tuple[list[_Spot], int]] = []
     levels = _core.spot_levels(work, heights.tolist(), (smallest, largest))
     for height, level in zip(heights[::-1].tolist(), levels, strict=True):
         spots = {number: _Spot(height, *spot[:5]) for number, spot in enumerate(level)}
