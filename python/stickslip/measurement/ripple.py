@@ -152,7 +152,7 @@ class Shaken:
             force=friction.force + sum(factor * self.taken(time, d) for d, factor in enumerate(held)),
             force_error=np.hypot(friction.force_error, common),
             common=math.hypot(friction.common, common),
-            added=dict(zip(ends.tolist(), np.transpose(added).tolist(), strict=True)),
+            added=dict(zip(ends.tolist(), np.transpose(np.array(added)).tolist(), strict=True)),
         )
 
     def _pulled(self, friction: Friction, ends: Array) -> bool:
@@ -205,7 +205,7 @@ class _Samples:
         columns = self.cleared(self.waves(rates, origin)) * root[:, None]
         numbers = np.linalg.lstsq(columns, root * self.values, rcond=1e-6)[0]
         rest = root * self.values - columns @ numbers
-        return numbers, float(rest @ rest)
+        return np.asarray(numbers, np.float64), float(rest @ rest)
 
 
 def find_ripple(
@@ -299,7 +299,7 @@ def _coarse(samples: _Samples) -> _Samples:
     first = np.searchsorted(owner, np.arange(owner[-1] + 1))
     size = np.bincount(owner)
     part = owner * BINS + (np.arange(n) - first[owner]) * BINS // size[owner]
-    weight = np.bincount(part, samples.weight[:n])
+    weight: Array = np.bincount(part, samples.weight[:n]).astype(np.float64)
     used = weight > 0
     means = [np.bincount(part, samples.weight[:n] * one[:n])[used] / weight[used] for one in (time, samples.values)]
     return _Samples(means[0], means[1], np.flatnonzero(used) // BINS, weight[used])
@@ -309,7 +309,7 @@ def _candidates(
     samples: _Samples, coarse: _Samples, rates: Array, origin: float, step: float, lasting: float
 ) -> list[float]:
     """Angular frequencies at which what the lines of `rates` leave may have another."""
-    found = []
+    found: list[float] = []
     # slower than a stick: as they are, the levels of the sticks taken out of each
     span = float(coarse.time[-1] - coarse.time[0])
     slow = 2 * math.pi * np.arange(1.0, 1.5 * span / lasting, 0.25) / span
@@ -332,7 +332,8 @@ def _candidates(
     fast = 2 * math.pi * np.fft.rfftfreq(size, step)
     inside = (fast > 2 * math.pi / lasting) & (fast < 2 * math.pi * FASTEST / step)
     power = np.where(inside, np.abs(np.fft.rfft(even, size)) ** 2, 0.0)
-    return found + fast[_peaks(power)].tolist()
+    found += fast[_peaks(power)].tolist()
+    return found
 
 
 def _peaks(power: Array) -> list[int]:

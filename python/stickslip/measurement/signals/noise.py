@@ -87,7 +87,7 @@ def lone_spikes(force: Array, noise: float, speed: Array) -> npt.NDArray[np.bool
     """
     found = impulses(force, noise)
     whole = float(np.subtract(*np.quantile(force, [0.99, 0.01])))
-    for at in np.flatnonzero(found):
+    for at in np.flatnonzero(found).tolist():
         first, last = max(at - 3, 0), at + 4
         beside = np.sort(np.delete(force[first:last], at - first))[1:-1]
         speeds = speed[first:last]
