@@ -190,7 +190,8 @@ def _each_once(records: list[FrictionRecord]) -> list[FrictionRecord]:
     kept: list[FrictionRecord] = []
     for record in records:
         for i, one in enumerate(kept):
-            if np.array_equal(one.force, record.force) and np.array_equal(one.slip_velocity, record.slip_velocity):
+            alike = np.array_equal(one.force, record.force) and np.array_equal(one.slip_velocity, record.slip_velocity)
+            if alike and one.break_away.equals(record.break_away):
                 note = f"{record.name} holds the same samples: they count once"
                 kept[i] = replace(one, attrs={**one.attrs, "notes": [*one.notes, note]})
                 break

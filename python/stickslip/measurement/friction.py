@@ -25,6 +25,8 @@ from stickslip.measurement.consistency import (
     while_driven,
     without_mains,
 )
+from stickslip.measurement.disturbances.ripple import Shaken, find_ripple, refined_ripple, said_of, without
+from stickslip.measurement.disturbances.zero_drift import said_of_drift, zero_drift
 from stickslip.measurement.force import Friction, fit_pieces, friction_force
 from stickslip.measurement.hidden_fall import with_hidden_fall
 from stickslip.measurement.instruments import INSTRUMENTS, Bench
@@ -37,7 +39,6 @@ from stickslip.measurement.result import release
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
-from stickslip.measurement.ripple import Shaken, find_ripple, refined_ripple, said_of, without
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 from stickslip.measurement.signals.slip_evidence import SlipModel
@@ -53,7 +54,6 @@ from stickslip.measurement.sticks import (
     rigid_candidates,
     stick_slope,
 )
-from stickslip.measurement.zero_drift import said_of_drift, zero_drift
 
 Array = npt.NDArray[np.float64]
 
@@ -278,7 +278,7 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
             "w is measured, not set to zero, inside them"
         )
     notes += [*overtaking(friction, presmoothed.rate_error), *unlike_stated_noise(friction, record, rig)]
-    if drift := zero_drift(presmoothed, flanks):
+    if sticks and (drift := zero_drift(presmoothed, flanks)):
         common = o.stiffness * drift.size / 2
         friction = replace(
             friction, common=math.hypot(friction.common, common), force_error=np.hypot(friction.force_error, common)

@@ -17,9 +17,9 @@ from stickslip.laws.law import force_along
 Array = npt.NDArray[np.float64]
 
 STIFF = 0.01
-"""Bristles are first taken to bend by this part of the range of motion."""
+"""Bristles are first taken to deflect by this part of the range of motion."""
 SOFTER = (0.003, 0.03, 0.1, 0.3, 1.0)
-"""Other bends that are tried, over the range of motion."""
+"""Other deflections that are tried, over the range of motion."""
 SHOWN = 0.7
 """A record shows the stiffness of bristles where others leave less than that part of the mean squared force."""
 WIDTH = 1e-3
@@ -41,21 +41,21 @@ def _bristles(
     mass = float(np.median([record.constants.get("mass", 1.0) for record in evidence.records]))
     reach = max(_reach(evidence), 1e-12)
 
-    def of_bend(share: float) -> tuple[float, Law]:
+    def of_deflection(share: float) -> tuple[float, Law]:
         stiffness = max(force, 1e-12) / (share * reach)
         damping = float(np.sqrt(stiffness * mass))
         factor = _factor(evidence, law(stiffness, damping, 1.0))
         closest = law(factor * stiffness, factor * damping, factor)
         return _misfit(evidence, closest), closest
 
-    usual, *softer = (of_bend(share) for share in (STIFF, *SOFTER))
+    usual, *softer = (of_deflection(share) for share in (STIFF, *SOFTER))
     misfit, closest = min(softer, key=lambda found: found[0])
     if misfit < SHOWN * usual[0]:
         return closest, [name for name in ("stiffness", "damping") if name in closest.PARAMETERS], {}
     stiffness = max(force, 1e-12) / (STIFF * reach)
     note = (
-        f"The stiffness of the bristles is held at {stiffness:.3g}, at which they bend by {STIFF:g} of the range of motion; "
-        "give it as free where the record shows the rise of force at a reversal."
+        f"The stiffness of the bristles is held at {stiffness:.3g}, at which they deflect by {STIFF:g} of the range of "
+        "motion; give it as free where the record shows the rise of force at a reversal."
     )
     return law(stiffness, float(np.sqrt(stiffness * mass)), 1.0), [], {"stiffness": note}
 
@@ -118,7 +118,7 @@ def _elasto_plastic(evidence: Evidence) -> Guess:
     assert isinstance(law, LuGre)
     numbers = (law.stiffness, law.damping, law.viscous, law.kinetic, law.break_away, law.scale)
     whole = ElastoPlastic(*numbers, elastic=0.5 * law.kinetic / law.stiffness)
-    held = {**start.held, "elastic": "The elastic reach of the bristles is held at half their bend."}
+    held = {**start.held, "elastic": "The elastic reach of the bristles is held at half their deflection."}
     return Guess(whole, start.free, held=held)
 
 

@@ -17,6 +17,8 @@ TURNS = 4
 """So many turns at least tell a sign."""
 MOST = 0.9
 """Share of the turns of a force at which an unsigned speed is near zero."""
+CANCELS = 0.5
+"""Share of its own size that the power of a friction has on average where the speed has no sign: it should all be taken."""
 SAME = 0.1
 """So much a force without its sign may differ between the two senses of the slip."""
 
@@ -25,8 +27,8 @@ def unsigned(speed: Array, force: Array, source: str) -> list[str]:
     """Refuse a speed without its sign, and say where the force has none.
 
     A speed is unsigned where the friction turns its sign, the speed never does, and at nine of ten turns the speed is near
-    zero, which it is in less than half of the record. A force is where it never turns, the speed does, and the force is the
-    same in both senses to 10 %.
+    zero, which it is in less than half of the record, and friction would give back about as much energy as it takes. A force
+    is where it never turns, the speed does, and the force is the same in both senses to 10 %.
 
     Parameters
     ----------
@@ -51,7 +53,9 @@ def unsigned(speed: Array, force: Array, source: str) -> list[str]:
     usual = float(np.quantile(np.abs(speed), 0.9))
     slow = np.abs(speed) < REST * usual
     one_way = not len(way) and min(abs(float(speed.min())), abs(float(speed.max()))) < REST * usual
-    if len(turns) >= TURNS and one_way and slow.mean() < 0.5:
+    power = force * speed
+    gives_back = abs(float(power.sum())) < CANCELS * float(np.abs(power).sum())
+    if len(turns) >= TURNS and one_way and slow.mean() < 0.5 and gives_back:
         at_rest = float(np.mean([slow[first : last + 1].any() for first, last in turns]))
         if at_rest >= MOST:
             raise InputError(

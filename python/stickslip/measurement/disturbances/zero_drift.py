@@ -51,7 +51,7 @@ def zero_drift(presmoothed: Presmoothed, flanks: Flanks) -> ZeroDrift | None:
     >>> ends = np.arange(0, 2001, 100)
     >>> flanks = Flanks([(int(a), int(a) + 99) for a in ends[:-1]], np.ones(19), 0.1, 0)
     >>> round(zero_drift(Presmoothed(t, x, t, 0.0, 1.0, 0.0), flanks).size, 2)
-    0.38
+    0.34
     """
     last = len(presmoothed.time) - 1
     whole = np.array([limits for limits in flanks.limits if limits[0] > 0 and limits[1] < last])

@@ -326,8 +326,8 @@ def _candidates(
             power[block] = (c * p * p - 2 * b * p * q + a * q * q) / determinant
         found += slow[_peaks(power)].tolist()
     # faster: the spectrum of all sticks, zero between them
-    place = np.round((samples.time - samples.time[0]) / step).astype(np.int64)
-    even = np.bincount(place, samples.weight * samples.left(rates, origin))
+    position = np.round((samples.time - samples.time[0]) / step).astype(np.int64)
+    even = np.bincount(position, samples.weight * samples.left(rates, origin))
     size = 1 << math.ceil(math.log2(4 * len(even)))
     fast = 2 * math.pi * np.fft.rfftfreq(size, step)
     inside = (fast > 2 * math.pi / lasting) & (fast < 2 * math.pi * FASTEST / step)
