@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
 
 from stickslip.errors import InputError
+
+T = TypeVar("T")
 
 #: The most numbers that one result may hold: 4 GiB.
 MOST_NUMBERS = 2**29
@@ -91,3 +93,27 @@ def fits(count: float, where: str, advice: str) -> None:
     if count > MOST_NUMBERS:
         most, size = (numbers * 8 / 2**30 for numbers in (MOST_NUMBERS, count))
         raise InputError(f"{where}: expected a result of at most {most:g} GiB, got one of {size:.3g} GiB; {advice}")
+
+
+def each_once(
+    records: Iterable[T], alike: Callable[[T, T], bool], name: Callable[[T], str], add: Callable[[T, str], T]
+) -> list[T]:
+    """The records without those that hold the samples of another: counted twice they would make errors too small.
+
+    Parameters
+    ----------
+    alike : whether two hold the same samples; name : of a record.
+    add : a record with a note more; the first of those that are alike gets one.
+
+    >>> each_once(["a", "b", "A"], lambda one, other: one == other.lower(), str, lambda one, note: f"{one} ({note})")
+    ['a (A holds the same samples: they count once)', 'b']
+    """
+    kept: list[T] = []
+    for record in records:
+        for i, one in enumerate(kept):
+            if alike(one, record):
+                kept[i] = add(one, f"{name(record)} holds the same samples: they count once")
+                break
+        else:
+            kept.append(record)
+    return kept

@@ -14,6 +14,7 @@ import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.checks import each_once
 from stickslip.files.disk import toml_table
 from stickslip.files.netcdf import read_tree
 from stickslip.files.notebook import InNotebook
@@ -182,22 +183,16 @@ def read_records(friction: Any) -> list[FrictionRecord]:
         raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
     records = [_read(item, number) for number, item in enumerate(items, start=1)]
     check_same_units((record.name, record.units) for record in records)
-    return _each_once(records)
+    return each_once(records, _same_samples, lambda one: one.name, _noted)
 
 
-def _each_once(records: list[FrictionRecord]) -> list[FrictionRecord]:
-    """The records without those that hold the samples of another: counted twice they would make the intervals too narrow."""
-    kept: list[FrictionRecord] = []
-    for record in records:
-        for i, one in enumerate(kept):
-            alike = np.array_equal(one.force, record.force) and np.array_equal(one.slip_velocity, record.slip_velocity)
-            if alike and one.break_away.equals(record.break_away):
-                note = f"{record.name} holds the same samples: they count once"
-                kept[i] = replace(one, attrs={**one.attrs, "notes": [*one.notes, note]})
-                break
-        else:
-            kept.append(record)
-    return kept
+def _same_samples(one: FrictionRecord, other: FrictionRecord) -> bool:
+    alike = np.array_equal(one.force, other.force) and np.array_equal(one.slip_velocity, other.slip_velocity)
+    return alike and one.break_away.equals(other.break_away)
+
+
+def _noted(record: FrictionRecord, note: str) -> FrictionRecord:
+    return replace(record, attrs={**record.attrs, "notes": [*record.notes, note]})
 
 
 def stated_units(data: xr.Dataset) -> dict[str, str]:

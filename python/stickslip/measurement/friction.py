@@ -12,6 +12,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.checks import each_once
 from stickslip.files.units import unit_of
 from stickslip.measurement.break_away_table import break_aways
 from stickslip.measurement.consistency import (
@@ -30,7 +31,7 @@ from stickslip.measurement.disturbances.zero_drift import said_of_drift, zero_dr
 from stickslip.measurement.force import Friction, fit_pieces, friction_force
 from stickslip.measurement.hidden_fall import with_hidden_fall
 from stickslip.measurement.instruments import INSTRUMENTS, Bench
-from stickslip.measurement.instruments.instrument import each_once
+from stickslip.measurement.instruments.instrument import noted, same_samples
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import Record, as_record
 from stickslip.measurement.recalibration import Draft, another_drive_velocity, most_mistaken, recalibrated, rigid_sticks
@@ -127,7 +128,7 @@ def measure(
         records = record if isinstance(record, list | tuple) else [record]
         if not records:
             raise InputError("measure: a record or a list of records was expected, got an empty list")
-        samples = each_once([instrument.read(one, rig) for one in records])
+        samples = each_once((instrument.read(one, rig) for one in records), same_samples, lambda one: one.source, noted)
         tree = instrument.measure(samples, rig)
         if scale_error := max(one.scale_error for one in samples):
             tree.attrs["scale_error"] = scale_error

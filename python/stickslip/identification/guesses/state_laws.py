@@ -41,9 +41,12 @@ def _bristles(
     mass = float(np.median([record.constants.get("mass", 1.0) for record in evidence.records]))
     reach = max(_reach(evidence), 1e-12)
 
-    def of_deflection(share: float) -> tuple[float, Law]:
+    def numbers(share: float) -> tuple[float, float]:
         stiffness = max(force, 1e-12) / (share * reach)
-        damping = float(np.sqrt(stiffness * mass))
+        return stiffness, float(np.sqrt(stiffness * mass))
+
+    def of_deflection(share: float) -> tuple[float, Law]:
+        stiffness, damping = numbers(share)
         factor = _factor(evidence, law(stiffness, damping, 1.0))
         closest = law(factor * stiffness, factor * damping, factor)
         return _misfit(evidence, closest), closest
@@ -52,12 +55,12 @@ def _bristles(
     misfit, closest = min(softer, key=lambda found: found[0])
     if misfit < SHOWN * usual[0]:
         return closest, [name for name in ("stiffness", "damping") if name in closest.PARAMETERS], {}
-    stiffness = max(force, 1e-12) / (STIFF * reach)
+    stiffness, damping = numbers(STIFF)
     note = (
         f"The stiffness of the bristles is held at {stiffness:.3g}, at which they deflect by {STIFF:g} of the range of "
         "motion; give it as free where the record shows the rise of force at a reversal."
     )
-    return law(stiffness, float(np.sqrt(stiffness * mass)), 1.0), [], {"stiffness": note}
+    return law(stiffness, damping, 1.0), [], {"stiffness": note}
 
 
 def _replayed(evidence: Evidence, law: Law) -> Array:

@@ -241,7 +241,8 @@ def _run(record: Samples, bench: Bench) -> _Run:
             f"{np.count_nonzero(spikes)} isolated impulses of the force ({100 * spikes.mean():.2g} % of the samples) "
             "were left out"
         )
-        record, kept = record.part(~spikes), ~spikes
+        kept = ~spikes
+        record = record.part(kept)
         time, force, w, w_error, acceleration, acceleration_error = (
             values[kept] for values in (time, force, w, w_error, acceleration, acceleration_error)
         )

@@ -162,19 +162,16 @@ def notes_of(records: Sequence[Samples]) -> list[str]:
     return [f"{Path(record.source).name}: {note}" for record in records for note in record.notes]
 
 
-def each_once(records: Sequence[Samples]) -> list[Samples]:
-    """The records without those that hold the samples of another: counted twice they would make the errors too small."""
-    kept: list[Samples] = []
-    for record in records:
-        for i, one in enumerate(kept):
-            if one.channels.keys() == record.channels.keys() and all(
-                np.array_equal(values, record[name], equal_nan=True) for name, values in one.channels.items()
-            ):
-                kept[i] = replace(one, notes=(*one.notes, f"{record.source} holds the same samples: they count once"))
-                break
-        else:
-            kept.append(record)
-    return kept
+def same_samples(one: Samples, other: Samples) -> bool:
+    """Whether two records hold the same samples."""
+    return one.channels.keys() == other.channels.keys() and all(
+        np.array_equal(values, other[name], equal_nan=True) for name, values in one.channels.items()
+    )
+
+
+def noted(samples: Samples, note: str) -> Samples:
+    """The record with a note more."""
+    return replace(samples, notes=(*samples.notes, note))
 
 
 @dataclass(frozen=True)
