@@ -7,7 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.laws import Law
-from stickslip.laws.facts import FACTS
+from stickslip.laws.declarations import FACTS
 from stickslip.laws.numbers import maybe, numbers, pointers, put, with_values
 
 DOCS = Path(__file__).parent.parent / "docs"

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
+use stickslip::hybrid_state::Restart;
 use stickslip::integration::{CREEP, Integration};
 use stickslip::lyapunov::largest;
 use stickslip::mode::Kind;
@@ -9,7 +10,6 @@ use stickslip::model::{self, Model};
 use stickslip::network::{self, Run, branch_of};
 use stickslip::orbit;
 use stickslip::regime::Regime;
-use stickslip::restart::Restart;
 use stickslip::simulate::{Run as OneRun, Stop, simulate_from};
 use stickslip::state_system::StateSystem;
 use stickslip::system::System;

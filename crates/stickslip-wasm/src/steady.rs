@@ -2,10 +2,10 @@
 
 use serde::Deserialize;
 use serde_json::{Value, json};
+use stickslip::hybrid_state::Restart;
 use stickslip::integration::Integration;
 use stickslip::model::Start;
 use stickslip::regime::Regime;
-use stickslip::restart::Restart;
 use stickslip::rows::Rows;
 use stickslip::sweep::{Link, Look, Steady, Sweep, steady};
 

@@ -10,8 +10,8 @@ pub use samples::Samples;
 pub use steps::{ReplaySteps, Steps};
 
 use crate::error::Error;
+use crate::hybrid_state::Restart;
 use crate::observer::Observer;
-use crate::restart::Restart;
 use crate::simulate::Stop;
 
 /// A motion that is followed further and further.

@@ -4,13 +4,13 @@
 //! end follows from a guess in closed form, one evaluation there and the signs of the slip acceleration (`free`). All
 //! else is found by a `search` from sample to sample.
 
-mod break_away;
 mod direct;
+mod end_of_stick;
 mod free;
 mod search;
 mod slip;
 
-pub use break_away::{end_of_hold, end_of_stick};
+pub use end_of_stick::{end_of_hold, end_of_stick};
 pub use slip::{Arrival, end_of_slip};
 
 /// What finding events has cost.

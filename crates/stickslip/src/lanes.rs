@@ -14,12 +14,12 @@ pub use stickslip_lanes::Width;
 use stickslip_lanes::{Lane, Mask, Single, Task, run};
 
 use crate::clock::Clock;
+use crate::hybrid_state::HybridState;
 use crate::law::Memory;
 use crate::mode::Mode;
 use crate::model::Running;
 use crate::orbit::{Event, Record, Segment};
 use crate::oscillator::Oscillator;
-use crate::restart::HybridState;
 use crate::simulate::{Run, first_hybrid_state, next_event};
 use column::{Column, Constants, HALVINGS, State, Step};
 

@@ -58,6 +58,7 @@ pub mod event;
 pub mod event_sequence;
 pub mod flow;
 pub mod harmonic;
+pub mod hybrid_state;
 pub mod integration;
 #[expect(
     clippy::inline_always,
@@ -77,7 +78,6 @@ pub mod oscillator;
 pub mod parameters;
 pub mod regime;
 pub mod replay;
-pub mod restart;
 pub mod rows;
 pub mod section;
 pub mod series;

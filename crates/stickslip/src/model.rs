@@ -8,12 +8,12 @@ use crate::elementary::{exp, ln};
 use crate::engine::{Closed, Engine, Reached, Steps};
 use crate::error::{Error, wrong};
 use crate::event::Work;
+use crate::hybrid_state::Restart;
 use crate::matrix::Matrix;
 use crate::network;
 use crate::observer::Observer;
 use crate::orbit;
 use crate::oscillator::Oscillator;
-use crate::restart::Restart;
 use crate::simulate::{Run, Stop, simulate_while};
 use crate::system::System;
 

@@ -6,11 +6,11 @@
 //! A contact whose slip speed is held between two branches of its law is a constraint as adhesion is. Where something happens
 //! at another contact it keeps its force while the others are decided; only then it is asked whether it holds on.
 
-mod break_away;
-mod complementarity;
 mod contact_states;
+mod end_of_stick;
 mod guards;
 pub(crate) mod orbit;
+mod who_sticks;
 
 pub mod sequence;
 mod transition;

@@ -3,10 +3,10 @@
 use crate::clock::Clock;
 use crate::event::Work;
 use crate::flow::exact::{Frame, Slip};
+use crate::hybrid_state::HybridState;
 use crate::law::Piece;
 use crate::mode::{Kind, Mode};
 use crate::oscillator::{Oscillator, with_harmonics};
-use crate::restart::HybridState;
 use crate::section::Point;
 use crate::simulate::{MOST_BYTES, Run, Stop};
 

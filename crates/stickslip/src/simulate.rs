@@ -4,13 +4,13 @@ use crate::clock::Clock;
 use crate::error::{Error, finite, positive};
 use crate::event::{Arrival, Start, Work, end_of_hold, end_of_slip, end_of_stick};
 use crate::flow::exact::{Frame, Response, Slip, Stick};
+use crate::hybrid_state::{HybridState, Restart};
 use crate::lanes::Alone;
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::network;
 use crate::orbit::{Event, Orbit, Record, Segment, While};
 use crate::oscillator::{Oscillator, with_harmonics};
-use crate::restart::{HybridState, Restart};
 use crate::watch::Watched;
 
 /// Why a run ended. Ending is a value, not an error.

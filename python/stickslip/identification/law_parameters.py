@@ -14,7 +14,7 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.laws import Law
-from stickslip.laws.facts import Number
+from stickslip.laws.declarations import Number
 from stickslip.laws.numbers import numbers, pointers, put, value
 
 Array = npt.NDArray[np.float64]

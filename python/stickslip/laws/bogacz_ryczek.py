@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal
 
 from stickslip.files.schema import Document
-from stickslip.laws.facts import FACTS, Parameter
+from stickslip.laws.declarations import FACTS, Parameter
 from stickslip.laws.law import Law, Point
 
 

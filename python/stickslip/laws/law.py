@@ -21,7 +21,7 @@ from stickslip.files.checks import check_keys, did_you_mean, numbers, whole_numb
 from stickslip.files.disk import read_toml, write_text
 from stickslip.files.schema import Document, complete, kind_of
 from stickslip.files.schema import Point as Point
-from stickslip.laws.facts import FACTS, Parameter
+from stickslip.laws.declarations import FACTS, Parameter
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -225,8 +225,8 @@ class Law(Document):
     def sample(self, n: int, seed: int | None = None) -> list[Self]:
         """Laws that may as well be: drawn from the covariance of the fitted numbers.
 
-        The fitted numbers are drawn from a normal distribution, those known by their ratio (:mod:`stickslip.laws.facts`) by
-        their logarithm. A draw beyond the limits of a number, or that makes no law, is drawn again; constraints are kept.
+        The fitted numbers are drawn from a normal distribution, those known by their ratio
+        (:mod:`stickslip.laws.declarations`) by their logarithm. A draw beyond the limits of a number, or that makes no law, is drawn again; constraints are kept.
 
         Parameters
         ----------

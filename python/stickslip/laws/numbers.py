@@ -14,7 +14,7 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.files.units import unit_of
-from stickslip.laws.facts import Number
+from stickslip.laws.declarations import Number
 
 if TYPE_CHECKING:
     import pandas as pd

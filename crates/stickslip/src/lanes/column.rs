@@ -8,11 +8,11 @@ use crate::clock::Clock;
 use crate::elementary::{PI, exp, sin_cos, whole_turns_less};
 use crate::event::Start;
 use crate::harmonic::Harmonic;
+use crate::hybrid_state::HybridState;
 use crate::law::{Friction, Hold, Memory, Piece};
 use crate::mode::{Kind, Mode};
 use crate::orbit::{Event, Segment};
 use crate::oscillator::Oscillator;
-use crate::restart::HybridState;
 
 /// A structure of lanes, of which each lane can be written and read.
 macro_rules! lanes {

@@ -1,6 +1,6 @@
-//! Which contacts stick and which slip, and where: at the start, and after every event, for all of them at once.
+//! Applies to every contact, at the start and after every event, what `who_sticks` has decided, and where on its law it then is.
 
-use super::complementarity::{ContactProblem, toward};
+use super::who_sticks::{ContactProblem, toward};
 use super::{Contact, Loop, ROUNDING};
 use crate::flow::taylor::ForceLine;
 use crate::law::{Friction, Hold};

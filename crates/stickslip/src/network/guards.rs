@@ -1,6 +1,6 @@
 //! What ends a mode: the first guard of any contact that a step meets.
 
-use super::break_away::end_of_adhesion;
+use super::end_of_stick::end_of_adhesion;
 use super::{Loop, ROUNDING, STILL};
 use crate::law::End;
 use crate::series::{derivative, first_root, swing_bound};
