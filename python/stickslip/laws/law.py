@@ -226,7 +226,8 @@ class Law(Document):
         """Laws that may as well be: drawn from the covariance of the fitted numbers.
 
         The fitted numbers are drawn from a normal distribution, those known by their ratio
-        (:mod:`stickslip.laws.declarations`) by their logarithm. A draw beyond the limits of a number, or that makes no law, is drawn again; constraints are kept.
+        (:mod:`stickslip.laws.declarations`), by their logarithm. A draw beyond the limits of a number, or that makes no law,
+        is drawn again; constraints are kept.
 
         Parameters
         ----------
