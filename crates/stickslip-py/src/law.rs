@@ -40,12 +40,7 @@ pub(crate) fn static_friction<'py>(
         second_drop_exponent: 1.0,
     };
     let pairs = stick_time.as_slice()?.iter().zip(force_rate.as_slice()?);
-    let force = pairs.map(|(&stick_time, &force_rate)| {
-        surface.force(Hold {
-            stick_time,
-            force_rate,
-        })
-    });
+    let force = pairs.map(|(&stick_time, &force_rate)| surface.force(Hold::new(stick_time, force_rate)));
     Ok(force.collect::<Vec<_>>().into_pyarray(py))
 }
 
@@ -92,10 +87,9 @@ impl Law {
     ) -> PyResult<Array<'py, f64>> {
         let pairs = stick_time.as_slice()?.iter().zip(force_rate.as_slice()?);
         let force = pairs.map(|(&stick_time, &force_rate)| {
-            self.law.toward(force_rate).break_away(Hold {
-                stick_time,
-                force_rate: force_rate.abs(),
-            })
+            self.law
+                .toward(force_rate)
+                .break_away(Hold::new(stick_time, force_rate.abs()))
         });
         Ok(force.collect::<Vec<_>>().into_pyarray(py))
     }

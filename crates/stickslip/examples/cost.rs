@@ -30,20 +30,10 @@ fn oscillator(
     drive_velocity: f64,
     forcing: Option<(f64, f64)>,
 ) -> Oscillator {
+    let forcing = forcing.map(|(amplitude, frequency)| Harmonic::new(amplitude, frequency, 0.0));
     Oscillator {
-        mass: 1.0,
-        stiffness: 1.0,
-        damping,
-        drive_velocity,
-        law: law.into(),
-        forcing: forcing
-            .map(|(amplitude, frequency)| Harmonic {
-                amplitude,
-                frequency,
-                phase: 0.0,
-            })
-            .into_iter()
-            .collect(),
+        forcing: forcing.into_iter().collect(),
+        ..Oscillator::new(damping, drive_velocity, law)
     }
 }
 
@@ -72,20 +62,9 @@ fn main() {
     let rounds: u32 = arguments
         .next()
         .map_or(200, |text| text.parse().expect("ROUNDS is a number"));
-    let static_kinetic = |kinetic| StaticKinetic {
-        break_away: 1.0,
-        kinetic,
-    };
-    let stribeck = || PiecewiseLinear {
-        nodes: vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]],
-        break_away: 1.0,
-    };
-    let dwell = DwellTime {
-        kinetic: 0.5,
-        limit: 0.5,
-        rate: 0.4,
-        exponent: 1.0,
-    };
+    let static_kinetic = |kinetic| StaticKinetic::new(1.0, kinetic);
+    let stribeck = || PiecewiseLinear::new(vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]], 1.0);
+    let dwell = DwellTime::new(0.5, 0.5, 0.4, 1.0);
     let paper = BogaczRyczek::default;
     let period = std::f64::consts::TAU / 0.7;
     let cases = [
@@ -154,10 +133,7 @@ fn main() {
         }
     }
     if only.is_empty() || only == "S5" {
-        let falling = Rational {
-            break_away: 1.0,
-            weakening: 3.0,
-        };
+        let falling = Rational::new(1.0, 3.0);
         let system = System::from(&oscillator(falling, 0.0, 0.2, None));
         steps("S5", &system, 1000.0, rounds);
     }
@@ -253,11 +229,7 @@ fn chain(blocks: usize, rounds: u32) {
             mass: i,
             other: None,
             drive_velocity: 0.3.into(),
-            law: StaticKinetic {
-                break_away: 1.0 + 0.3 * (1.7 * i as f64).sin(),
-                kinetic: 0.5,
-            }
-            .into(),
+            law: StaticKinetic::new(1.0 + 0.3 * (1.7 * i as f64).sin(), 0.5).into(),
             normal_force: None,
         });
     }
@@ -280,10 +252,7 @@ fn sweep(rounds: u32) {
     let runs: Vec<(Oscillator, Run)> = (0..1000)
         .map(|i| {
             let frequency = 0.2 + 1.8 * f64::from(i) / 999.0;
-            let law = StaticKinetic {
-                break_away: 1.0,
-                kinetic: 0.5,
-            };
+            let law = StaticKinetic::new(1.0, 0.5);
             (
                 oscillator(law, 0.05, 0.3, Some((0.5, frequency))),
                 Run::stuck(400.0 * std::f64::consts::TAU / frequency),
@@ -350,17 +319,7 @@ fn map(rounds: u32) {
     let points = (0..256).flat_map(|i| [0.02 + 1.58 * share(i / 16), 0.3 + 2.0 * share(i % 16)]);
     let sweep = Sweep {
         rows: rows(points.collect()),
-        look: Look {
-            transient: 300.0,
-            window: 32.0,
-            tolerance: 1e-6,
-            surface: None,
-            decide: 0,
-            early: 0.0,
-            points: 0,
-            max_events: 10_000_000,
-            contact: 0,
-        },
+        look: Look::new(300.0, 32.0),
     };
     let (time, events, _) = best(rounds, || {
         let rows = sweep.rows(0..256, &Start::default(), &mut || true);

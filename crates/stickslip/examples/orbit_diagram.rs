@@ -21,15 +21,8 @@ fn main() -> Result<(), Error> {
             values: velocities.clone(),
         },
         look: Look {
-            transient: 100.0,
-            window: 200.0,
-            tolerance: 1e-6,
-            surface: None,
-            decide: 0,
-            early: 0.0,
             points: 8,
-            max_events: 1_000_000,
-            contact: 0,
+            ..Look::new(100.0, 200.0)
         },
     };
     let rows = sweep.chain(0..velocities.len(), Start::default(), None, &mut || true)?;

@@ -10,15 +10,7 @@ use stickslip::parameters::Parameters;
 use stickslip::simulate::{Run, simulate};
 
 fn main() -> Result<(), Error> {
-    let oscillator = Oscillator {
-        mass: 1.0,
-        stiffness: 1.0,
-        damping: 0.05,
-        drive_velocity: 0.1,
-        // Static friction that grows at rest; every law has an example.
-        law: DwellTime::example().into(),
-        forcing: vec![],
-    };
+    let oscillator = Oscillator::new(0.05, 0.1, DwellTime::example());
     let orbit = simulate(&oscillator, Run::stuck(60.0))?;
     for event in &orbit.events {
         println!(

@@ -36,11 +36,7 @@ fn main() -> Result<(), Error> {
         mass,
         other: None,
         drive_velocity: 0.1.into(),
-        law: StaticKinetic {
-            break_away: 1.0,
-            kinetic,
-        }
-        .into(),
+        law: StaticKinetic::new(1.0, kinetic).into(),
         normal_force: None,
     };
     let system = System {
@@ -51,12 +47,7 @@ fn main() -> Result<(), Error> {
         forcing: vec![],
         springs: Vec::new(),
     };
-    let run = Run {
-        x0: None,
-        v0: None,
-        t_end: 500.0,
-        max_events: 1_000_000,
-    };
+    let run = Run::driven(500.0);
     let mut sticking = Sticking::default();
     // The first 100 are left out.
     Steps::new(&system, run)?.go(500.0, 100.0, &mut sticking)?;

@@ -147,7 +147,7 @@ pub fn from(
         }
     };
     let hybrid = HybridState {
-        clock: Clock { high: t, low: 0.0 },
+        clock: Clock::at(t),
         mode,
         memory,
     };

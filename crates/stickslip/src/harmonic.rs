@@ -24,6 +24,16 @@ pub struct Harmonic {
 }
 
 impl Harmonic {
+    /// amplitude · cos(frequency · t + phase).
+    #[must_use]
+    pub fn new(amplitude: f64, frequency: f64, phase: f64) -> Self {
+        Self {
+            amplitude,
+            frequency,
+            phase,
+        }
+    }
+
     pub(crate) fn validate(&self) -> Result<(), Error> {
         finite("forcing amplitude", self.amplitude)?;
         not_negative("forcing frequency", self.frequency)?;

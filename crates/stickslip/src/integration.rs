@@ -439,14 +439,7 @@ mod tests {
         tolerance: f64,
         times: &[f64],
     ) -> Integration {
-        let oscillator = Oscillator {
-            mass: 1.0,
-            stiffness: 1.0,
-            damping: 0.05,
-            drive_velocity: 0.2,
-            law: law.into(),
-            forcing: vec![],
-        };
+        let oscillator = Oscillator::new(0.05, 0.2, law);
         let system = StateSystem::new(System::from(&oscillator)).unwrap();
         let y = system.variables(&[x], v.map(|v| vec![v]));
         let mut motion = Integration::new(system, y, tolerance).unwrap();
@@ -458,15 +451,7 @@ mod tests {
 
     #[test]
     fn the_error_falls_with_the_tolerance_and_no_interruption_counts() {
-        let law = LuGre {
-            stiffness: 100.0,
-            damping: 2.0,
-            viscous: 0.1,
-            kinetic: 1.0,
-            break_away: 1.5,
-            scale: 0.1,
-            exponent: 2.0,
-        };
+        let law = LuGre::new(100.0, 2.0, 0.1, 1.0, 1.5, 0.1, 2.0);
         let known = integrated(law.clone(), 1e-11, &[20.0]);
         let missed = |motion: &Integration, t: f64| (motion.variables(t)[0] - known.variables(t)[0]).abs();
         let (coarse, fine) = (
@@ -533,11 +518,7 @@ mod tests {
     #[test]
     fn friction_that_only_adheres_is_a_spring() {
         // Dahl's bristles at small slip: F = σ z, so the mass swings at √(k + σ) about where both springs balance.
-        let law = Dahl {
-            stiffness: 3.0,
-            kinetic: 1e9,
-            exponent: 1.0,
-        };
+        let law = Dahl::new(3.0, 1e9, 1.0);
         let motion = integrated(law, 1e-9, &[5.0]);
         let (x0, s, damping) = (0.3, 0.2, 0.05_f64);
         // d³x/dt³ + D ẍ + (k + σ) ẋ = σ s: ẋ oscillates about σ s/(k + σ) from s, with ẍ(0) = −D s − k x₀.

@@ -67,6 +67,17 @@ pub struct Hold {
     pub force_rate: f64,
 }
 
+impl Hold {
+    /// For so long, at this force rate.
+    #[must_use]
+    pub fn new(stick_time: f64, force_rate: f64) -> Self {
+        Self {
+            stick_time,
+            force_rate,
+        }
+    }
+}
+
 /// Static friction at one hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adhesion {

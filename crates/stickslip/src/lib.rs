@@ -15,7 +15,7 @@
 //! | [`flow`] | motion between events: closed form, Taylor series, enclosures |
 //! | [`event`] | the certified next event |
 //! | [`simulate`] | the loop, and why it stopped |
-//! | [`restart`] | from what a motion goes on: mode and memory |
+//! | [`hybrid_state`] | from what a motion goes on: mode and memory |
 //! | [`orbit`] | what a run returns, evaluable at any time |
 //! | [`model`] | an oscillator or a system of masses, with the engine that its motion needs |
 //! | [`engine`] | a motion that is followed further and further: closed form, Taylor steps, samples, a kept orbit |

@@ -131,10 +131,7 @@ pub fn first<const H: usize>(
 /// The mode at zero slip velocity: adhesion if it can bear the holding force, else slip towards it.
 #[must_use]
 pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode {
-    let static_limit = law.toward(holding).break_away(Hold {
-        stick_time: 0.0,
-        force_rate: rate.abs(),
-    });
+    let static_limit = law.toward(holding).break_away(Hold::new(0.0, rate.abs()));
     if holding.abs() <= static_limit {
         Mode::Stick
     } else {

@@ -22,7 +22,7 @@ use guards::Cause;
 
 use crate::clock::Clock;
 use crate::engine::steps::Step;
-use crate::error::{Error, finite, positive};
+use crate::error::{Error, finite, positive, wrong};
 use crate::event::Work;
 use crate::flow::taylor::{ForceLine, Frame, Held, Motion};
 use crate::law::{End, Friction, Law, Memory, Piece};
@@ -99,9 +99,10 @@ fn check(system: &System, run: &Run) -> Result<(), Error> {
     for (name, values) in [("x0", &run.x0), ("v0", &run.v0)] {
         if let Some(values) = values {
             if values.len() != n {
-                return Err(Error::Document {
-                    reason: format!("{name} must have one number a mass ({n}), got {}", values.len()),
-                });
+                return wrong(format!(
+                    "{name} must have one number a mass ({n}), got {}",
+                    values.len()
+                ));
             }
             for value in values {
                 finite(name, *value)?;
@@ -114,11 +115,9 @@ fn check(system: &System, run: &Run) -> Result<(), Error> {
         .any(|contact| contact.normal_force.is_some())
         && Frame::of(system).loops
     {
-        return Err(Error::Document {
-            reason: "contacts that close a loop share their load, which a normal_force that varies does not tell how: take one \
+        return wrong("contacts that close a loop share their load, which a normal_force that varies does not tell how: take one \
                      of them out, or leave out normal_force"
-                .into(),
-        });
+                .into());
     }
     positive("t_end", run.t_end).map(drop)
 }
@@ -366,7 +365,7 @@ impl<'a> Loop<'a> {
                 }
                 if horizon == corner {
                     // The drive changes its acceleration, at its time and not a rounding beside it: adhesion may break at once.
-                    self.clock = Clock { high: node, low: 0.0 };
+                    self.clock = Clock::at(node);
                     let rates = self.motion.force.slopes(horizon);
                     self.motion.aim(&self.frame, self.clock);
                     self.set_contact_states(&Passage {

@@ -94,6 +94,19 @@ impl<L: Checked + DeserializeOwned> Oscillator<L> {
 }
 
 impl<L> Oscillator<L> {
+    /// A mass of 1 on a spring of stiffness 1, unforced.
+    #[must_use]
+    pub fn new(damping: f64, drive_velocity: f64, law: impl Into<L>) -> Self {
+        Self {
+            mass: 1.0,
+            stiffness: 1.0,
+            damping,
+            drive_velocity,
+            law: law.into(),
+            forcing: Vec::new(),
+        }
+    }
+
     /// The harmonic forces that vary.
     pub(crate) fn swinging(&self) -> impl Iterator<Item = Harmonic> + '_ {
         self.forcing.iter().copied().filter(Harmonic::swings)

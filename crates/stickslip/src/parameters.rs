@@ -285,6 +285,13 @@ macro_rules! parameters {
             fn example() -> Self { Self { $($field: $example),+ } }
         }
 
+        impl $law {
+            /// From its parameters, in their order here.
+            #[must_use]
+            #[allow(clippy::too_many_arguments, reason = "a law has as many parameters as its source gives it")]
+            pub fn new($($field: $type),+) -> Self { Self { $($field),+ } }
+        }
+
         impl $crate::parameters::Limited for $law {
             fn within_limits(&self) -> Result<(), $crate::error::Error> {
                 #[allow(unused_imports, reason = "a law that is made of laws has no numbers")]

@@ -1,6 +1,6 @@
 //! A law along a measured motion: the friction it predicts for a given slip velocity over time.
 
-use crate::error::Error;
+use crate::error::{Error, wrong};
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
 
 /// The friction force of `law` along samples of time, slip velocity and adhesion.
@@ -20,15 +20,13 @@ pub fn force_along(
 ) -> Result<Vec<f64>, Error> {
     law.validate()?;
     if w.len() != t.len() || stuck.len() != t.len() || force_rate.len() != t.len() {
-        return Err(Error::Document {
-            reason: format!(
-                "t, w, stuck and force_rate must have the same length, got {}, {}, {} and {}",
-                t.len(),
-                w.len(),
-                stuck.len(),
-                force_rate.len()
-            ),
-        });
+        return wrong(format!(
+            "t, w, stuck and force_rate must have the same length, got {}, {}, {} and {}",
+            t.len(),
+            w.len(),
+            stuck.len(),
+            force_rate.len()
+        ));
     }
     let mut memory = Memory::default();
     let mut force = Vec::with_capacity(t.len());
@@ -38,10 +36,7 @@ pub fn force_along(
     for i in 0..t.len() {
         if stuck[i] {
             let since = *stuck_since.get_or_insert(t[i]);
-            hold = Hold {
-                stick_time: t[i] - since,
-                force_rate: force_rate[i].abs(),
-            };
+            hold = Hold::new(t[i] - since, force_rate[i].abs());
             slip = None;
             let direction = force_rate[i].signum();
             force.push(direction * law.toward(direction).break_away(hold));
@@ -62,10 +57,7 @@ pub fn force_along(
                     )
                 } else {
                     if stuck_since.is_none() {
-                        hold = Hold {
-                            stick_time: 0.0,
-                            force_rate: memory.force_rate,
-                        };
+                        hold = Hold::new(0.0, memory.force_rate);
                     }
                     law.leave(law.break_away(hold), &mut memory)
                 };

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::error::Error;
+use crate::error::{Error, wrong};
 use crate::model::{Model, Start};
 
 /// A document, and what is varied in it.
@@ -112,9 +112,7 @@ impl Starts<'_> {
 fn numbers<'a>(document: &'a mut Value, path: &str) -> Result<Vec<&'a mut Value>, Error> {
     let found = numbers_at(document, &format!("/{}", path.replace('.', "/")));
     if found.is_empty() {
-        return Err(Error::Document {
-            reason: format!("the system document has no number {path:?}"),
-        });
+        return wrong(format!("the system document has no number {path:?}"));
     }
     Ok(found)
 }

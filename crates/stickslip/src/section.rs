@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use serde::Deserialize;
 
 use crate::engine::Engine;
-use crate::error::{Error, finite, positive};
+use crate::error::{Error, finite, positive, wrong};
 use crate::event::Work;
 use crate::mode::Kind;
 use crate::model::Model;
@@ -79,9 +79,7 @@ impl Surface {
                     finite("section normal", coefficient)?;
                 }
                 if normal == [0.0; 3] {
-                    return Err(Error::Document {
-                        reason: "the normal of a section must not be zero".into(),
-                    });
+                    return wrong("the normal of a section must not be zero".into());
                 }
                 Ok(())
             }

@@ -1,7 +1,7 @@
 //! The loop: from event to event until the end, a limit or an accumulation.
 
 use crate::clock::Clock;
-use crate::error::{Error, finite, positive};
+use crate::error::{Error, finite, positive, wrong};
 use crate::event::{Arrival, Start, Work, end_of_hold, end_of_slip, end_of_stick};
 use crate::flow::exact::{Frame, Response, Slip, Stick};
 use crate::hybrid_state::{HybridState, Restart};
@@ -111,6 +111,16 @@ impl Run {
             v0: None,
             t_end,
             max_events: 10_000_000,
+        }
+    }
+
+    /// From a position and a velocity, for `t_end`.
+    #[must_use]
+    pub fn starting(x0: f64, v0: f64, t_end: f64) -> Self {
+        Self {
+            x0,
+            v0: Some(v0),
+            ..Self::stuck(t_end)
         }
     }
 
@@ -256,9 +266,7 @@ pub(crate) fn observe_forced<const H: usize>(
     run.validate()?;
     if oscillator.law.smooth() {
         // No closed form: the caller turns the oscillator into a system of one mass.
-        return Err(Error::Document {
-            reason: "a smooth law has no closed form: simulate it as a system of one mass".into(),
-        });
+        return wrong("a smooth law has no closed form: simulate it as a system of one mass".into());
     }
     Loop::<H>::new(oscillator, run, Clock::default())
         .in_a_lane(oscillator)
@@ -388,10 +396,7 @@ impl<'a, const H: usize> Loop<'a, H> {
     fn new(oscillator: &'a Oscillator, run: Run, clock: Clock) -> Self {
         let (law, frame) = (&oscillator.law, Frame::of(oscillator));
         let steady = law.growth_bound(0.0) == 0.0 && (H == 0 || !law.feels_force_rate());
-        let hold = Hold {
-            stick_time: 0.0,
-            force_rate: (frame.stiffness * frame.drive_velocity).abs(),
-        };
+        let hold = Hold::new(0.0, (frame.stiffness * frame.drive_velocity).abs());
         Self {
             law,
             alone: None,
@@ -620,10 +625,7 @@ impl<'a, const H: usize> Loop<'a, H> {
                     forward
                 }
             }
-            None => self.law.toward(holding).break_away(Hold {
-                stick_time: t,
-                force_rate: rate.abs(),
-            }),
+            None => self.law.toward(holding).break_away(Hold::new(t, rate.abs())),
         };
         let (stick_time, force_rate) = (t, rate * holding.signum());
         record.event(Event {

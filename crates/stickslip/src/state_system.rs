@@ -330,7 +330,7 @@ impl StateSystem {
                 own[c] = Some(q);
             }
         }
-        let clock = Clock { high: t, low: 0.0 };
+        let clock = Clock::at(t);
         let w: Vec<f64> = (0..contacts.len())
             .map(|c| own[c].unwrap_or_else(|| self.across(c, drives[c][0], &v)))
             .collect();
@@ -392,7 +392,7 @@ impl StateSystem {
     /// Value and slope of the drive velocities.
     fn drives(&self, t: f64) -> Vec<[f64; 2]> {
         let mut series = ZERO;
-        let clock = Clock { high: t, low: 0.0 };
+        let clock = Clock::at(t);
         let contacts = self.system.contacts.iter();
         contacts
             .map(|contact| {

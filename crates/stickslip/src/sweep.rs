@@ -51,6 +51,24 @@ pub struct Look {
     pub contact: usize,
 }
 
+impl Look {
+    /// The usual section without its points, to a tolerance of 1e-6, after so many periods and over so many.
+    #[must_use]
+    pub fn new(transient: f64, window: f64) -> Self {
+        Self {
+            transient,
+            window,
+            tolerance: 1e-6,
+            surface: None,
+            decide: 0,
+            early: 0.0,
+            points: 0,
+            max_events: 10_000_000,
+            contact: 0,
+        }
+    }
+}
+
 /// So many runs go in SIMD lanes, one after the other in each lane.
 const ABREAST: usize = 256;
 

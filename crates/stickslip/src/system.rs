@@ -73,11 +73,7 @@ impl Force {
     /// Without its mass.
     #[must_use]
     pub fn harmonic(&self) -> Harmonic {
-        Harmonic {
-            amplitude: self.amplitude,
-            frequency: self.frequency,
-            phase: self.phase,
-        }
+        Harmonic::new(self.amplitude, self.frequency, self.phase)
     }
 }
 

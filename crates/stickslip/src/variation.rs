@@ -31,7 +31,7 @@ use segment::{Course, Expansion};
 use state::Moving;
 
 use crate::dual::Dual;
-use crate::error::Error;
+use crate::error::{Error, wrong};
 use crate::simulate::MOST_BYTES;
 
 /// An event sequence followed: states at the ends of the phases, durations, test functions.
@@ -78,12 +78,10 @@ pub fn follow(
     let course = Course::new(varied);
     let (width, lanes) = (course.layout.width(), varied.lanes());
     if phases.len().saturating_mul(width * lanes * size_of::<f64>()) > MOST_BYTES.saturating_mul(4) {
-        return Err(Error::Document {
-            reason: format!(
-                "the derivatives of {} events of this system take more than 4 GiB: follow fewer at a time",
-                phases.len()
-            ),
-        });
+        return wrong(format!(
+            "the derivatives of {} events of this system take more than 4 GiB: follow fewer at a time",
+            phases.len()
+        ));
     }
     let mut followed = Followed {
         rates: Vec::with_capacity(phases.len() * width * lanes),

@@ -21,17 +21,13 @@ use dice::Dice;
 fn draw(dice: &mut Dice) -> (Oscillator, Run) {
     let kinetic = dice.between(0.1, 1.0);
     let law: Law = match dice.below(3) {
-        0 => Coulomb { kinetic }.into(),
-        1 => PiecewiseLinear {
-            nodes: vec![[0.0, kinetic], [1.0, kinetic + dice.between(-0.04, 0.3)]],
-            break_away: kinetic + dice.between(0.0, 1.0),
-        }
+        0 => Coulomb::new(kinetic).into(),
+        1 => PiecewiseLinear::new(
+            vec![[0.0, kinetic], [1.0, kinetic + dice.between(-0.04, 0.3)]],
+            kinetic + dice.between(0.0, 1.0),
+        )
         .into(),
-        _ => StaticKinetic {
-            break_away: kinetic + dice.between(0.0, 1.0),
-            kinetic,
-        }
-        .into(),
+        _ => StaticKinetic::new(kinetic + dice.between(0.0, 1.0), kinetic).into(),
     };
     let forced = dice.below(4) > 0;
     let oscillator = Oscillator {
@@ -41,10 +37,12 @@ fn draw(dice: &mut Dice) -> (Oscillator, Run) {
         drive_velocity: dice.between(0.02, 1.0),
         law,
         forcing: forced
-            .then(|| Harmonic {
-                amplitude: dice.between(-1.5, 1.5),
-                frequency: dice.between(0.2, 3.0),
-                phase: dice.between(-10.0, 10.0),
+            .then(|| {
+                Harmonic::new(
+                    dice.between(-1.5, 1.5),
+                    dice.between(0.2, 3.0),
+                    dice.between(-10.0, 10.0),
+                )
             })
             .into_iter()
             .collect(),
@@ -217,16 +215,8 @@ fn a_long_last_step_keeps_the_position() {
         stiffness: 1.6385,
         damping: 0.13366,
         drive_velocity: 0.049_766_8,
-        law: StaticKinetic {
-            break_away: 1.957_786_030_5,
-            kinetic: 0.960_387_353_7,
-        }
-        .into(),
-        forcing: vec![Harmonic {
-            amplitude: -1.03216,
-            frequency: 1.48881,
-            phase: -3.84169,
-        }],
+        law: StaticKinetic::new(1.957_786_030_5, 0.960_387_353_7).into(),
+        forcing: vec![Harmonic::new(-1.03216, 1.48881, -3.84169)],
     };
     for v0 in [-0.1, -0.2, -0.298, -0.4, -0.5, -0.6] {
         let run = Run {
@@ -258,20 +248,8 @@ fn others_stay() {
 #[test]
 fn batches_do_not_depend_on_neighbours() {
     let oscillator = Oscillator {
-        mass: 1.0,
-        stiffness: 1.0,
-        damping: 0.05,
-        drive_velocity: 0.3,
-        law: StaticKinetic {
-            break_away: 1.0,
-            kinetic: 0.5,
-        }
-        .into(),
-        forcing: vec![Harmonic {
-            amplitude: 0.5,
-            frequency: 0.7,
-            phase: 0.0,
-        }],
+        forcing: vec![Harmonic::new(0.5, 0.7, 0.0)],
+        ..Oscillator::new(0.05, 0.3, StaticKinetic::new(1.0, 0.5))
     };
     let damping = |i: u32| {
         if i % 7 == 3 {
@@ -333,15 +311,9 @@ fn a_window_shows_what_a_single_run_shows() {
                 values: points.clone().collect(),
             },
             look: Look {
-                transient: 100.0,
-                window,
-                tolerance: 1e-6,
-                surface: None,
-                decide: 0,
-                early: 0.0,
                 points: 20,
                 max_events,
-                contact: 0,
+                ..Look::new(100.0, window)
             },
         };
         let begin = Start::default();

@@ -6,8 +6,9 @@ use stickslip::harmonic::Harmonic;
 use stickslip::law::{DwellTime, ForceRate, PiecewiseLinear, Table, Tabulated, TwoBranch};
 use stickslip::mode::Kind;
 use stickslip::orbit::Orbit;
+use stickslip::oscillator::Oscillator;
 use stickslip::simulate::{Run, Stop, simulate};
-use support::{close, oscillator};
+use support::close;
 
 fn same(one: &Orbit, two: &Orbit) {
     assert_eq!(one.events.len(), two.events.len());
@@ -21,23 +22,19 @@ fn same(one: &Orbit, two: &Orbit) {
 }
 
 fn two_branch(rising: f64, falling: f64) -> TwoBranch {
-    TwoBranch {
-        rising: Table::Constant(rising),
-        falling: Table::Constant(falling),
-        break_away: rising.max(falling),
-    }
+    TwoBranch::new(
+        Table::Constant(rising),
+        Table::Constant(falling),
+        rising.max(falling),
+    )
 }
 
 /// x″ + x = h sgn(ẇ), set-valued at ẇ = 0: half swings about ±h of amplitude A − h, and between them 2h travelled at the
 /// speed A − h. Hence T = 2π + 4h/(A − h), on the branches f₊ = f₀ + h above f₋ = f₀ − h.
 #[test]
 fn s20_accel_sign() {
-    let run = Run {
-        x0: 2.0,
-        v0: Some(0.0),
-        ..Run::stuck(1000.0)
-    };
-    let orbit = simulate(&oscillator(two_branch(1.3, 0.7), 0.0, 2.0), run).unwrap();
+    let run = Run::starting(2.0, 0.0, 1000.0);
+    let orbit = simulate(&Oscillator::new(0.0, 2.0, two_branch(1.3, 0.7)), run).unwrap();
     let times = |kind: Kind| -> Vec<f64> {
         orbit
             .events
@@ -68,20 +65,13 @@ fn s20_accel_sign() {
 /// the branches with ẇ = 0, and the equation of motion holds.
 #[test]
 fn branches_hold_where_neither_is_consistent() {
-    let law = TwoBranch {
-        rising: Table::Nodes(vec![[0.0, 1.2], [0.5, 0.9], [1.0, 1.0]]),
-        falling: Table::Nodes(vec![[0.0, 0.8], [0.4, 0.6], [1.0, 0.9]]),
-        break_away: 1.2,
-    };
-    let mut system = oscillator(law.clone(), 0.02, 0.6);
-    for forcing in [
-        vec![],
-        vec![Harmonic {
-            amplitude: 0.3,
-            frequency: 1.7,
-            phase: 0.4,
-        }],
-    ] {
+    let law = TwoBranch::new(
+        Table::Nodes(vec![[0.0, 1.2], [0.5, 0.9], [1.0, 1.0]]),
+        Table::Nodes(vec![[0.0, 0.8], [0.4, 0.6], [1.0, 0.9]]),
+        1.2,
+    );
+    let mut system = Oscillator::new(0.02, 0.6, law.clone());
+    for forcing in [vec![], vec![Harmonic::new(0.3, 1.7, 0.4)]] {
         system.forcing.clone_from(&forcing);
         let orbit = simulate(&system, Run::stuck(200.0)).unwrap();
         assert_eq!(orbit.stop, Stop::End);
@@ -115,12 +105,8 @@ fn branches_hold_where_neither_is_consistent() {
 /// Branches the other way round switch at once, and the acceleration jumps by (f₋ − f₊)/m.
 #[test]
 fn branches_the_other_way_round_switch_at_once() {
-    let run = Run {
-        x0: 2.5,
-        v0: Some(0.0),
-        ..Run::stuck(50.0)
-    };
-    let orbit = simulate(&oscillator(two_branch(0.7, 1.3), 0.0, 8.0), run).unwrap();
+    let run = Run::starting(2.5, 0.0, 50.0);
+    let orbit = simulate(&Oscillator::new(0.0, 8.0, two_branch(0.7, 1.3)), run).unwrap();
     assert!(orbit.events.iter().all(|event| event.kind == Kind::Reversal));
     // Each half swing is about 1 ∓ 0.3 and ends where the slip acceleration vanishes, a quarter period later.
     let gaps: Vec<f64> = orbit
@@ -140,25 +126,15 @@ fn branches_the_other_way_round_switch_at_once() {
 fn equal_branches_are_one_table() {
     let nodes = vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]];
     let end = vec![[0.0, 1.0], [0.2, 0.6], [9.0, 1.48]];
-    let both = TwoBranch {
-        rising: Table::Nodes(end.clone()),
-        falling: Table::Nodes(end.clone()),
-        break_away: 1.0,
-    };
-    let plain = PiecewiseLinear {
-        nodes,
-        break_away: 1.0,
-    };
-    let table = Tabulated {
-        kinetic: Table::Nodes(end),
-        break_away: Table::Constant(1.0),
-    };
-    let one = simulate(&oscillator(plain, 0.05, 0.3), Run::stuck(100.0)).unwrap();
+    let both = TwoBranch::new(Table::Nodes(end.clone()), Table::Nodes(end.clone()), 1.0);
+    let plain = PiecewiseLinear::new(nodes, 1.0);
+    let table = Tabulated::new(Table::Nodes(end), Table::Constant(1.0));
+    let one = simulate(&Oscillator::new(0.05, 0.3, plain), Run::stuck(100.0)).unwrap();
     same(
         &one,
-        &simulate(&oscillator(table, 0.05, 0.3), Run::stuck(100.0)).unwrap(),
+        &simulate(&Oscillator::new(0.05, 0.3, table), Run::stuck(100.0)).unwrap(),
     );
-    let mut two = simulate(&oscillator(both, 0.05, 0.3), Run::stuck(100.0)).unwrap();
+    let mut two = simulate(&Oscillator::new(0.05, 0.3, both), Run::stuck(100.0)).unwrap();
     two.events.retain(|event| event.kind != Kind::Reversal);
     same(&one, &two);
 }
@@ -166,24 +142,12 @@ fn equal_branches_are_one_table() {
 /// Without dependence on the force rate (δ₀ → ∞) the law is Kato's.
 #[test]
 fn force_rate_without_scale_is_dwell_time() {
-    let law = ForceRate {
-        kinetic: 0.5,
-        limit: 0.5,
-        rate: 0.4,
-        force_rate_scale: 1e300,
-        exponent: 1.0,
-        force_rate_exponent: 1.0,
-    };
-    let dwell = DwellTime {
-        kinetic: 0.5,
-        limit: 0.5,
-        rate: 0.4,
-        exponent: 1.0,
-    };
+    let law = ForceRate::new(0.5, 0.5, 0.4, 1e300, 1.0, 1.0);
+    let dwell = DwellTime::new(0.5, 0.5, 0.4, 1.0);
     let run = Run::stuck(300.0);
     same(
-        &simulate(&oscillator(law, 0.0, 0.3), run).unwrap(),
-        &simulate(&oscillator(dwell, 0.0, 0.3), run).unwrap(),
+        &simulate(&Oscillator::new(0.0, 0.3, law), run).unwrap(),
+        &simulate(&Oscillator::new(0.0, 0.3, dwell), run).unwrap(),
     );
 }
 
@@ -191,15 +155,8 @@ fn force_rate_without_scale_is_dwell_time() {
 /// growth halved by the force rate must give the same cycle (Brockley, Cameron & Potter 1967).
 #[test]
 fn force_rate_at_constant_drive_scales_the_growth() {
-    let law = ForceRate {
-        kinetic: 0.5,
-        limit: 1.0,
-        rate: 0.4,
-        force_rate_scale: 0.3,
-        exponent: 1.0,
-        force_rate_exponent: 2.0,
-    };
-    let orbit = simulate(&oscillator(law, 0.0, 0.3), Run::stuck(1000.0)).unwrap();
+    let law = ForceRate::new(0.5, 1.0, 0.4, 0.3, 1.0, 2.0);
+    let orbit = simulate(&Oscillator::new(0.0, 0.3, law), Run::stuck(1000.0)).unwrap();
     let release = orbit
         .events
         .iter()
@@ -218,19 +175,9 @@ fn tabulated_dwell_follows_the_curve() {
         .map(|i| 0.005 * f64::from(i))
         .map(|t| [t, curve(t)])
         .collect();
-    let law = Tabulated {
-        kinetic: Table::Constant(0.5),
-        break_away: Table::Nodes(nodes),
-    };
-    for forcing in [
-        vec![],
-        vec![Harmonic {
-            amplitude: 0.0,
-            frequency: 0.7,
-            phase: 0.0,
-        }],
-    ] {
-        let mut system = oscillator(law.clone(), 0.0, 0.3);
+    let law = Tabulated::new(Table::Constant(0.5), Table::Nodes(nodes));
+    for forcing in [vec![], vec![Harmonic::new(0.0, 0.7, 0.0)]] {
+        let mut system = Oscillator::new(0.0, 0.3, law.clone());
         system.forcing = forcing;
         let orbit = simulate(&system, Run::stuck(500.0)).unwrap();
         let release = orbit

@@ -13,7 +13,7 @@ use stickslip::section::Surface;
 use stickslip::simulate::{Run, Stop, simulate, simulate_while};
 use stickslip::sweep::{Look, steady};
 use stickslip::system::System;
-use support::{close, oscillator};
+use support::close;
 
 fn forced(
     law: impl Into<Law>,
@@ -23,12 +23,8 @@ fn forced(
     frequency: f64,
 ) -> Oscillator {
     Oscillator {
-        forcing: vec![Harmonic {
-            amplitude,
-            frequency,
-            phase: 0.0,
-        }],
-        ..oscillator(law, damping, drive_velocity)
+        forcing: vec![Harmonic::new(amplitude, frequency, 0.0)],
+        ..Oscillator::new(damping, drive_velocity, law)
     }
 }
 
@@ -42,11 +38,8 @@ fn times(orbit: &Orbit, kind: Kind) -> Vec<f64> {
 fn event_times_keep_their_digits_over_a_thousand_units() {
     // 4 + 2π − 2 atan 2 in two doubles (computed with 50 digits).
     const PERIOD: (f64, f64) = (8.068_887_871_591_405, 5.683_993_235_814_304e-17);
-    let law = StaticKinetic {
-        break_away: 1.0,
-        kinetic: 0.5,
-    };
-    let orbit = simulate(&oscillator(law, 0.0, 0.25), Run::stuck(1000.0)).unwrap();
+    let law = StaticKinetic::new(1.0, 0.5);
+    let orbit = simulate(&Oscillator::new(0.0, 0.25, law), Run::stuck(1000.0)).unwrap();
     let releases = times(&orbit, Kind::Release);
     assert_eq!(releases.len(), 124);
     close(releases[1] - releases[0], PERIOD.0);
@@ -60,7 +53,7 @@ fn event_times_keep_their_digits_over_a_thousand_units() {
 /// Once its transient has died out, a forced motion repeats itself with the period of the forcing, 2π/0.75.
 #[test]
 fn forced_event_times_keep_their_digits_over_a_thousand_units() {
-    let system = forced(Coulomb { kinetic: 0.3 }, 0.5, 0.0, 1.0, 0.75);
+    let system = forced(Coulomb::new(0.3), 0.5, 0.0, 1.0, 0.75);
     let orbit = simulate(&system, Run::stuck(1200.0)).unwrap();
     let crossings = times(&orbit, Kind::Crossing);
     let late: Vec<f64> = crossings.into_iter().filter(|t| *t > 180.0).collect();
@@ -74,17 +67,11 @@ fn forced_event_times_keep_their_digits_over_a_thousand_units() {
 /// What an event costs, in evaluations of the motion: it does not depend on the machine.
 #[test]
 fn work_of_an_event() {
-    let friction = StaticKinetic {
-        break_away: 1.0,
-        kinetic: 0.5,
-    };
-    let stribeck = PiecewiseLinear {
-        nodes: vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]],
-        break_away: 1.0,
-    };
+    let friction = StaticKinetic::new(1.0, 0.5);
+    let stribeck = PiecewiseLinear::new(vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]], 1.0);
     let cases = [
-        (oscillator(friction.clone(), 0.05, 0.3), 1.6),
-        (oscillator(stribeck.clone(), 0.05, 0.3), 2.4),
+        (Oscillator::new(0.05, 0.3, friction.clone()), 1.6),
+        (Oscillator::new(0.05, 0.3, stribeck.clone()), 2.4),
         (forced(friction, 0.05, 0.3, 0.5, 0.7), 3.1),
         (forced(stribeck, 0.05, 0.3, 0.5, 0.7), 2.4),
     ];
@@ -98,10 +85,7 @@ fn work_of_an_event() {
 /// Such a touch once held the search in steps too short to advance.
 #[test]
 fn a_forcing_of_hardly_any_force_ends_too() {
-    let law = StaticKinetic {
-        break_away: 0.641_520_821_099_082_9,
-        kinetic: 0.641_520_821_099_082_9,
-    };
+    let law = StaticKinetic::new(0.641_520_821_099_082_9, 0.641_520_821_099_082_9);
     let system = forced(law, 4.6e-80, 0.641_520_821_099_082_9, 4.6e-80, 0.2);
     let run = Run {
         x0: -2.479_770_228_019_108_7,
@@ -118,7 +102,7 @@ fn a_forcing_of_hardly_any_force_ends_too() {
 /// With f_s = f_k and no damping every slip ends by touching zero slip velocity: a graze, counted and no event.
 #[test]
 fn a_touch_is_no_event() {
-    let system = forced(Coulomb { kinetic: 1.125 }, 0.0, 1.0, 0.25, 2.0);
+    let system = forced(Coulomb::new(1.125), 0.0, 1.0, 0.25, 2.0);
     let orbit = simulate(&system, Run::stuck(200.0)).unwrap();
     let last = orbit.events.last().unwrap();
     assert_eq!(last.kind, Kind::Release, "{last:?}");
@@ -148,16 +132,10 @@ fn modes_join_without_a_jump() {
 /// A steady slip whose swing has died out to denormal numbers once took 10¹⁵ steps to look at.
 #[test]
 fn a_motion_that_has_died_out_is_looked_at_in_no_time() {
-    let paper = Model::Closed(oscillator(BogaczRyczek::default(), 0.35, 0.6));
+    let paper = Model::Closed(Oscillator::new(0.35, 0.6, BogaczRyczek::default()));
     // Of a smooth law the slope of what has died out is rounding.
-    let stribeck = ExponentialStribeck {
-        break_away: 1.0,
-        kinetic: 0.4,
-        scale: 0.2,
-        viscous: 0.2,
-        exponent: 1.0,
-    };
-    let smooth = Model::Steps(System::from(&oscillator(stribeck, 0.05, 1.0)));
+    let stribeck = ExponentialStribeck::new(1.0, 0.4, 0.2, 0.2, 1.0);
+    let smooth = Model::Steps(System::from(&Oscillator::new(0.05, 1.0, stribeck)));
     for (model, periods) in [
         (&paper, [225.0, 230.0, 234.0, 1000.0]),
         (&smooth, [75.0, 100.0, 150.0, 200.0]),
@@ -166,15 +144,9 @@ fn a_motion_that_has_died_out_is_looked_at_in_no_time() {
     .flat_map(|(model, lengths)| lengths.map(|periods| (model, periods)))
     {
         let look = Look {
-            transient: periods - 30.0,
-            window: 30.0,
-            tolerance: 1e-6,
-            surface: None,
-            decide: 0,
-            early: 0.0,
             points: 16,
             max_events: 10_000,
-            contact: 0,
+            ..Look::new(periods - 30.0, 30.0)
         };
         let mut asked = 0;
         let mut go_on = || {
@@ -196,8 +168,8 @@ fn a_motion_that_has_died_out_is_looked_at_in_no_time() {
 #[test]
 fn a_search_without_an_event_can_be_ended() {
     let systems = [
-        forced(Coulomb { kinetic: 0.1 }, 0.1, 5.0, 0.01, 1.3),
-        forced(Coulomb { kinetic: 1.0 }, 0.1, 0.0, 0.9, 1.0),
+        forced(Coulomb::new(0.1), 0.1, 5.0, 0.01, 1.3),
+        forced(Coulomb::new(1.0), 0.1, 0.0, 0.9, 1.0),
         forced(BogaczRyczek::default(), 0.35, 0.3, 0.1, 1e9),
     ];
     for system in systems {

@@ -16,32 +16,6 @@ use stickslip::system::{Contact, Force, System};
 mod dice;
 use dice::Dice;
 
-fn one_mass(oscillator: &Oscillator) -> System {
-    System {
-        mass: vec![vec![oscillator.mass]],
-        stiffness: vec![vec![oscillator.stiffness]],
-        damping: vec![vec![oscillator.damping]],
-        contacts: vec![Contact {
-            mass: 0,
-            other: None,
-            drive_velocity: oscillator.drive_velocity.into(),
-            law: oscillator.law.clone(),
-            normal_force: None,
-        }],
-        forcing: oscillator
-            .forcing
-            .iter()
-            .map(|harmonic| Force {
-                mass: 0,
-                amplitude: harmonic.amplitude,
-                frequency: harmonic.frequency,
-                phase: harmonic.phase,
-            })
-            .collect(),
-        springs: Vec::new(),
-    }
-}
-
 /// Both engines over 100 time units: the same events and, at 10,000 times, the same motion. The worst difference.
 fn difference(oscillator: &Oscillator, x0: f64, v0: Option<f64>) -> f64 {
     let exact = simulate::simulate(
@@ -58,7 +32,7 @@ fn difference(oscillator: &Oscillator, x0: f64, v0: Option<f64>) -> f64 {
         v0: v0.map(|v| vec![v]),
         ..Run::driven(100.0)
     };
-    let general = network::simulate(&one_mass(oscillator), run).unwrap();
+    let general = network::simulate(&System::from(oscillator), run).unwrap();
     let slow = |kind: Kind| matches!(kind, Kind::Node | Kind::Reversal);
     let kinds = |kinds: Vec<Kind>| kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>();
     let both = general.events.len().min(exact.events.len());
@@ -96,23 +70,9 @@ fn difference(oscillator: &Oscillator, x0: f64, v0: Option<f64>) -> f64 {
 
 fn oscillators() -> Vec<Oscillator> {
     let laws: [Law; 5] = [
-        StaticKinetic {
-            break_away: 1.0,
-            kinetic: 0.6,
-        }
-        .into(),
-        PiecewiseLinear {
-            nodes: vec![[0.0, 1.0], [0.2, 0.6], [0.5, 0.63]],
-            break_away: 1.0,
-        }
-        .into(),
-        DwellTime {
-            kinetic: 0.5,
-            limit: 0.5,
-            rate: 0.4,
-            exponent: 1.0,
-        }
-        .into(),
+        StaticKinetic::new(1.0, 0.6).into(),
+        PiecewiseLinear::new(vec![[0.0, 1.0], [0.2, 0.6], [0.5, 0.63]], 1.0).into(),
+        DwellTime::new(0.5, 0.5, 0.4, 1.0).into(),
         with_one_static_friction().into(),
         falling_with_the_force_rate().into(),
     ];
@@ -120,21 +80,10 @@ fn oscillators() -> Vec<Oscillator> {
     for law in laws {
         for damping in [0.05, 0.28] {
             for drive_velocity in [0.1, 0.2, 0.3, 0.4] {
-                for forcing in [
-                    vec![],
-                    vec![Harmonic {
-                        amplitude: 0.1,
-                        frequency: 1.25,
-                        phase: 0.3,
-                    }],
-                ] {
+                for forcing in [vec![], vec![Harmonic::new(0.1, 1.25, 0.3)]] {
                     all.push(Oscillator {
-                        mass: 1.0,
-                        stiffness: 1.0,
-                        damping,
-                        drive_velocity,
-                        law: law.clone(),
                         forcing,
+                        ..Oscillator::new(damping, drive_velocity, law.clone())
                     });
                 }
             }
@@ -164,14 +113,7 @@ fn one_mass_agrees_with_the_closed_form() {
 /// Heavy damping takes 25,000 Taylor steps along a motion that hardly moves: position and speed add up without a rounding each.
 #[test]
 fn many_short_steps_lose_no_digits() {
-    let oscillator = Oscillator {
-        mass: 1.0,
-        stiffness: 1.0,
-        damping: 1000.0,
-        drive_velocity: 0.3,
-        law: Coulomb { kinetic: 0.6 }.into(),
-        forcing: vec![],
-    };
+    let oscillator = Oscillator::new(1000.0, 0.3, Coulomb::new(0.6));
     let worst = difference(&oscillator, -1.7, Some(0.0));
     assert!(worst < 2e-15, "{worst:.1e}");
 }
@@ -198,51 +140,29 @@ impl Dice {
         let kinetic = self.between(0.2, 0.6);
         let break_away = kinetic + self.between(0.0, 0.6);
         match self.below(10) {
-            0 => Coulomb { kinetic }.into(),
-            1 => StaticKinetic { break_away, kinetic }.into(),
-            2 => DwellTime {
+            0 => Coulomb::new(kinetic).into(),
+            1 => StaticKinetic::new(break_away, kinetic).into(),
+            2 => DwellTime::new(
                 kinetic,
-                limit: self.between(0.1, 0.6),
-                rate: self.between(0.1, 2.0),
-                exponent: self.between(0.4, 1.3),
-            }
+                self.between(0.1, 0.6),
+                self.between(0.1, 2.0),
+                self.between(0.4, 1.3),
+            )
             .into(),
-            3 => PiecewiseLinear {
-                nodes: vec![
+            3 => PiecewiseLinear::new(
+                vec![
                     [0.0, break_away],
                     [0.2, kinetic],
                     [0.6, kinetic + 0.05],
                     [1.0, 0.7],
                 ],
-                break_away: break_away + self.between(0.0, 0.3),
-            }
+                break_away + self.between(0.0, 0.3),
+            )
             .into(),
-            4 => Rational {
-                break_away,
-                weakening: self.between(0.5, 4.0),
-            }
-            .into(),
-            5 => ExponentialStribeck {
-                break_away,
-                kinetic,
-                scale: self.between(0.05, 0.5),
-                viscous: 0.05,
-                exponent: 1.0,
-            }
-            .into(),
-            6 => Cubic {
-                at_rest: 0.4,
-                linear: 0.45,
-                cubic: 0.6,
-            }
-            .into(),
-            7 => PoppStelter {
-                break_away,
-                kinetic,
-                weakening: 1.42,
-                square: 0.01,
-            }
-            .into(),
+            4 => Rational::new(break_away, self.between(0.5, 4.0)).into(),
+            5 => ExponentialStribeck::new(break_away, kinetic, self.between(0.05, 0.5), 0.05, 1.0).into(),
+            6 => Cubic::new(0.4, 0.45, 0.6).into(),
+            7 => PoppStelter::new(break_away, kinetic, 1.42, 0.01).into(),
             8 => falling_with_the_force_rate().into(),
             _ => BogaczRyczek::default().into(),
         }
@@ -253,11 +173,11 @@ impl Dice {
         match self.below(4) {
             0 => Drive {
                 velocity,
-                harmonics: vec![Harmonic {
-                    amplitude: self.between(0.05, 0.5),
-                    frequency: self.between(0.3, 3.0),
-                    phase: self.between(0.0, 6.0),
-                }],
+                harmonics: vec![Harmonic::new(
+                    self.between(0.05, 0.5),
+                    self.between(0.3, 3.0),
+                    self.between(0.0, 6.0),
+                )],
                 nodes: vec![],
             },
             1 => Drive {
@@ -398,10 +318,7 @@ fn audit(system: &System, t_end: f64) -> (f64, f64) {
                     let across = v[contact.mass] - contact.other.map_or(0.0, |other| v[other]);
                     power += states.force[c] * across;
                     if direction == 0.0 {
-                        let static_limit = contact.law.break_away(Hold {
-                            stick_time: t_end,
-                            force_rate: 0.0,
-                        });
+                        let static_limit = contact.law.break_away(Hold::new(t_end, 0.0));
                         assert!(
                             states.force[c].abs() <= static_limit + 1e-12,
                             "overloaded at {t}: {system:?}"
@@ -477,17 +394,14 @@ fn slip_below_a_shaken_drive_ends_at_zero_slip_velocity() {
             other: None,
             drive_velocity: Drive {
                 velocity: -0.425_062_055_513_408_5,
-                harmonics: vec![Harmonic {
-                    amplitude: 0.630_531_513_947_387_2,
-                    frequency: 1.522_414_315_874_116_8,
-                    phase: 0.872_398_373_726_761_2,
-                }],
+                harmonics: vec![Harmonic::new(
+                    0.630_531_513_947_387_2,
+                    1.522_414_315_874_116_8,
+                    0.872_398_373_726_761_2,
+                )],
                 nodes: Vec::new(),
             },
-            law: Coulomb {
-                kinetic: 0.280_975_105_532_056_2,
-            }
-            .into(),
+            law: Coulomb::new(0.280_975_105_532_056_2).into(),
             normal_force: None,
         }],
         forcing: Vec::new(),

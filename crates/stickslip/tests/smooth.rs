@@ -4,23 +4,11 @@ use stickslip::law::{Cubic, ExponentialStribeck, Friction, Law, Lorentzian, Memo
 use stickslip::mode::Kind;
 use stickslip::network::{Orbit, Run, simulate};
 use stickslip::orbit::Event;
-use stickslip::system::{Contact, System};
+use stickslip::oscillator::Oscillator;
+use stickslip::system::System;
 
 fn belt(law: impl Into<Law>, damping: f64, drive_velocity: f64) -> System {
-    System {
-        mass: vec![vec![1.0]],
-        stiffness: vec![vec![1.0]],
-        damping: vec![vec![damping]],
-        contacts: vec![Contact {
-            mass: 0,
-            other: None,
-            drive_velocity: drive_velocity.into(),
-            law: law.into(),
-            normal_force: None,
-        }],
-        forcing: vec![],
-        springs: Vec::new(),
-    }
+    System::from(&Oscillator::new(damping, drive_velocity, law))
 }
 
 fn close(got: f64, expected: f64, digits: i32) {
@@ -77,11 +65,11 @@ fn a_start_beyond_the_limit_by_roundings_leaves_and_its_orbit_does_too() {
         0.000_326_629_140_961_169_9,
         0.044_983_007_622_389_735,
     );
-    let law = Cubic {
-        at_rest: 0.374_173_536_047_410_66,
-        linear: 0.253_521_506_161_751_06,
-        cubic: 0.033_215_308_694_121_53,
-    };
+    let law = Cubic::new(
+        0.374_173_536_047_410_66,
+        0.253_521_506_161_751_06,
+        0.033_215_308_694_121_53,
+    );
     let mut system = belt(law.clone(), d, 0.0);
     (system.mass, system.stiffness) = (vec![vec![m]], vec![vec![k]]);
     let run = Run {
@@ -128,11 +116,11 @@ fn steep_friction_at_the_start_takes_no_digits_from_what_follows() {
             4.450_968_601_046_775e-7,
             -12.622_681_641_085_55,
         ],
-        Cubic {
-            at_rest: 0.851_386_818_005_526,
-            linear: 0.862_626_305_039_009_7,
-            cubic: 0.798_123_386_850_963,
-        },
+        Cubic::new(
+            0.851_386_818_005_526,
+            0.862_626_305_039_009_7,
+            0.798_123_386_850_963,
+        ),
         [-1.674_923_287_700_966_3, -1.546_520_330_264_058],
         &[1.184_727_651_847_211_5],
     );
@@ -142,11 +130,11 @@ fn steep_friction_at_the_start_takes_no_digits_from_what_follows() {
             0.000_404_711_861_966_379_9,
             34.577_461_927_788_03,
         ],
-        Cubic {
-            at_rest: 0.268_806_638_197_808_5,
-            linear: 0.462_624_395_912_226_1,
-            cubic: 2.183_622_576_700_131_4,
-        },
+        Cubic::new(
+            0.268_806_638_197_808_5,
+            0.462_624_395_912_226_1,
+            2.183_622_576_700_131_4,
+        ),
         [-1_834.604_544_650_802_2, -16.837_988_019_719_63],
         &[2.974_516_929_610_86, 50.591_038_669_148_45],
     );
@@ -154,10 +142,7 @@ fn steep_friction_at_the_start_takes_no_digits_from_what_follows() {
 
 #[test]
 fn s5_leine1998() {
-    let law = Rational {
-        break_away: 1.0,
-        weakening: 3.0,
-    };
+    let law = Rational::new(1.0, 3.0);
     let orbit = simulate(&belt(law, 0.0, 0.2), Run::driven(200.0)).unwrap();
     let cycle = cycle(&orbit);
     let [release, capture, next] = &cycle;
@@ -173,13 +158,7 @@ fn s5_leine1998() {
 /// Papangelo, Ciavarella & Hoffmann, Nonlinear Dynamics 90 (2017) 2037: the stick-slip cycle beside stable slip at v = 1.5.
 #[test]
 fn s7_papangelo_stable_cycle() {
-    let law = ExponentialStribeck {
-        break_away: 1.0,
-        kinetic: 0.5,
-        scale: 0.5,
-        viscous: 0.0,
-        exponent: 1.0,
-    };
+    let law = ExponentialStribeck::new(1.0, 0.5, 0.5, 0.0, 1.0);
     let orbit = simulate(&belt(law, 0.1, 1.5), Run::driven(400.0)).unwrap();
     let cycle = cycle(&orbit);
     let [release, _, next] = &cycle;
@@ -191,11 +170,11 @@ fn s7_papangelo_stable_cycle() {
 
 fn thomsen_fidlin() -> Cubic {
     let (at_rest, least, at) = (0.4, 0.25, 0.5);
-    Cubic {
+    Cubic::new(
         at_rest,
-        linear: 1.5 * (at_rest - least) / at,
-        cubic: 0.5 * (at_rest - least) / (at * at * at),
-    }
+        1.5 * (at_rest - least) / at,
+        0.5 * (at_rest - least) / (at * at * at),
+    )
 }
 
 /// Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389, β = 0.05.
@@ -228,19 +207,8 @@ fn s8_pure_slip_cycle() {
 #[test]
 fn friction_that_had_died_out_comes_back() {
     for scale in [0.3, 0.1, 0.03, 0.01] {
-        let gaussian = ExponentialStribeck {
-            break_away: 1.0,
-            kinetic: 0.3,
-            scale,
-            viscous: 0.2,
-            exponent: 2.0,
-        };
-        let lorentzian = Lorentzian {
-            break_away: 1.0,
-            kinetic: 0.3,
-            scale,
-            viscous: 0.2,
-        };
+        let gaussian = ExponentialStribeck::new(1.0, 0.3, scale, 0.2, 2.0);
+        let lorentzian = Lorentzian::new(1.0, 0.3, scale, 0.2);
         for law in [Law::from(gaussian), lorentzian.into()] {
             for (x0, v0) in [(2.0, 1.5), (-3.0, 0.4), (0.5, -4.0)] {
                 let run = Run {

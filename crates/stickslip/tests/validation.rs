@@ -8,7 +8,7 @@ use stickslip::mode::Kind;
 use stickslip::orbit::{Event, Orbit};
 use stickslip::oscillator::Oscillator;
 use stickslip::simulate::{Run, simulate};
-use support::{close, oscillator};
+use support::close;
 
 fn of_kind(orbit: &Orbit, kind: Kind) -> Vec<&Event> {
     orbit.events.iter().filter(|event| event.kind == kind).collect()
@@ -26,12 +26,8 @@ fn cycle(orbit: &Orbit) -> (Event, Event, Event) {
 /// Den Hartog 1931: each half swing loses 2 x_f.
 #[test]
 fn s1_coulomb_decay() {
-    let run = Run {
-        x0: 5.3,
-        v0: Some(0.0),
-        ..Run::stuck(100.0)
-    };
-    let orbit = simulate(&oscillator(Coulomb { kinetic: 0.5 }, 0.0, 0.0), run).unwrap();
+    let run = Run::starting(5.3, 0.0, 100.0);
+    let orbit = simulate(&Oscillator::new(0.0, 0.0, Coulomb::new(0.5)), run).unwrap();
     let reverses: Vec<f64> = orbit.events.iter().map(|event| event.x).collect();
     assert_eq!(reverses.len(), 5);
     for (got, expected) in reverses.iter().zip([-4.3, 3.3, -2.3, 1.3, -0.3]) {
@@ -45,12 +41,8 @@ fn s1_coulomb_decay() {
 /// Closed form with viscous damping (computed in 30 digits).
 #[test]
 fn s2_coulomb_viscous_decay() {
-    let run = Run {
-        x0: 5.3,
-        v0: Some(0.0),
-        ..Run::stuck(100.0)
-    };
-    let orbit = simulate(&oscillator(Coulomb { kinetic: 0.5 }, 0.1, 0.0), run).unwrap();
+    let run = Run::starting(5.3, 0.0, 100.0);
+    let orbit = simulate(&Oscillator::new(0.1, 0.0, Coulomb::new(0.5)), run).unwrap();
     let reverses: Vec<f64> = orbit.events.iter().map(|event| event.x).collect();
     let expected = [
         -3.601_445_886_432_4,
@@ -68,11 +60,8 @@ fn s2_coulomb_viscous_decay() {
 /// Undamped belt with static and kinetic friction, closed form (Andronov, Vitt & Khaikin).
 #[test]
 fn s3_belt_static_kinetic() {
-    let law = StaticKinetic {
-        break_away: 1.0,
-        kinetic: 0.6,
-    };
-    let orbit = simulate(&oscillator(law, 0.0, 0.2), Run::stuck(100.0)).unwrap();
+    let law = StaticKinetic::new(1.0, 0.6);
+    let orbit = simulate(&Oscillator::new(0.0, 0.2, law), Run::stuck(100.0)).unwrap();
     let (release, capture, next) = cycle(&orbit);
     close(capture.t - release.t, 4.068_887_871_591_405);
     close(next.stick_time, 4.0);
@@ -88,11 +77,8 @@ fn s3_belt_static_kinetic() {
 /// The same with viscous damping.
 #[test]
 fn s3b_belt_static_kinetic_damped() {
-    let law = StaticKinetic {
-        break_away: 1.0,
-        kinetic: 0.6,
-    };
-    let orbit = simulate(&oscillator(law, 0.1, 0.2), Run::stuck(100.0)).unwrap();
+    let law = StaticKinetic::new(1.0, 0.6);
+    let orbit = simulate(&Oscillator::new(0.1, 0.2, law), Run::stuck(100.0)).unwrap();
     let (release, capture, next) = cycle(&orbit);
     close(capture.t - release.t, 4.218_101_414_516_002);
     close(capture.x, 0.296_700_083_188_415_9);
@@ -103,13 +89,8 @@ fn s3b_belt_static_kinetic_damped() {
 /// Static friction that grows with rest: the map of the break-away force (Brockley, Cameron & Potter 1967).
 #[test]
 fn s15_dwell_time_map() {
-    let law = DwellTime {
-        kinetic: 0.5,
-        limit: 0.5,
-        rate: 0.4,
-        exponent: 1.0,
-    };
-    let orbit = simulate(&oscillator(law, 0.0, 0.3), Run::stuck(1000.0)).unwrap();
+    let law = DwellTime::new(0.5, 0.5, 0.4, 1.0);
+    let orbit = simulate(&Oscillator::new(0.0, 0.3, law), Run::stuck(1000.0)).unwrap();
     let (release, _, next) = cycle(&orbit);
     close(next.force - 0.5, 0.227_197_491_719_625_1);
     close(next.stick_time, 1.514_649_944_797_501);
@@ -126,15 +107,10 @@ fn s15_dwell_time_map() {
 /// Beyond the critical velocity 0.4 of S15 stick-slip dies out.
 #[test]
 fn s15_critical_velocity() {
-    let law = DwellTime {
-        kinetic: 0.5,
-        limit: 0.5,
-        rate: 0.4,
-        exponent: 1.0,
-    };
+    let law = DwellTime::new(0.5, 0.5, 0.4, 1.0);
     let grown = |drive_velocity: f64| {
         let orbit = simulate(
-            &oscillator(law.clone(), 0.0, drive_velocity),
+            &Oscillator::new(0.0, drive_velocity, law.clone()),
             Run::stuck(20_000.0),
         )
         .unwrap();
@@ -147,11 +123,8 @@ fn s15_critical_velocity() {
 /// Stribeck friction in two linear pieces.
 #[test]
 fn s16_piecewise_linear_stribeck() {
-    let law = PiecewiseLinear {
-        nodes: vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]],
-        break_away: 1.0,
-    };
-    let orbit = simulate(&oscillator(law, 0.05, 0.3), Run::stuck(100.0)).unwrap();
+    let law = PiecewiseLinear::new(vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]], 1.0);
+    let orbit = simulate(&Oscillator::new(0.05, 0.3, law), Run::stuck(100.0)).unwrap();
     let (release, capture, next) = cycle(&orbit);
     let nodes: Vec<f64> = of_kind(&orbit, Kind::Node)
         .iter()
@@ -169,12 +142,8 @@ fn s16_piecewise_linear_stribeck() {
 }
 
 fn forced(frequency: f64, kinetic: f64, damping: f64, t_end: f64) -> Orbit {
-    let mut oscillator = oscillator(Coulomb { kinetic }, damping, 0.0);
-    oscillator.forcing = vec![Harmonic {
-        amplitude: 1.0,
-        frequency,
-        phase: 0.0,
-    }];
+    let mut oscillator = Oscillator::new(damping, 0.0, Coulomb::new(kinetic));
+    oscillator.forcing = vec![Harmonic::new(1.0, frequency, 0.0)];
     simulate(&oscillator, Run::stuck(t_end)).unwrap()
 }
 
@@ -229,28 +198,14 @@ fn s11_hong_liu() {
 fn forced_search_agrees_with_the_closed_one() {
     let paper = stickslip::law::BogaczRyczek::default();
     let laws: [Law; 3] = [
-        StaticKinetic {
-            break_away: 1.0,
-            kinetic: 0.6,
-        }
-        .into(),
-        DwellTime {
-            kinetic: 0.5,
-            limit: 0.5,
-            rate: 0.4,
-            exponent: 0.6,
-        }
-        .into(),
+        StaticKinetic::new(1.0, 0.6).into(),
+        DwellTime::new(0.5, 0.5, 0.4, 0.6).into(),
         paper.into(),
     ];
     for law in laws {
         for drive_velocity in [0.1, 0.24, 0.3, 0.38] {
-            let free = oscillator(law.clone(), 0.28, drive_velocity);
-            let forcing = vec![Harmonic {
-                amplitude: 0.0,
-                frequency: 0.9,
-                phase: 0.3,
-            }];
+            let free = Oscillator::new(0.28, drive_velocity, law.clone());
+            let forcing = vec![Harmonic::new(0.0, 0.9, 0.3)];
             let forced = Oscillator {
                 forcing,
                 ..free.clone()

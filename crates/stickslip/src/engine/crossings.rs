@@ -327,11 +327,11 @@ mod tests {
                 damping: [0.0, 0.1, 2.2, 2.0 * 1.3_f64.sqrt(), 40.0, -0.1][case as usize % 6],
                 drive_velocity: 0.3,
                 constant: 0.0,
-                forcing: [Harmonic {
-                    amplitude: [0.0, 0.4, 1e-9][case as usize % 3],
-                    frequency: [0.2, 1.7, 30.0][case as usize / 3 % 3],
-                    phase: part(3),
-                }],
+                forcing: [Harmonic::new(
+                    [0.0, 0.4, 1e-9][case as usize % 3],
+                    [0.2, 1.7, 30.0][case as usize / 3 % 3],
+                    part(3),
+                )],
             };
             let piece = Piece::line([0.0, 0.5], 0.0, 0.0, f64::INFINITY, 0);
             let slip = frame.closed(Clock::default(), 2.0 * part(5) - 1.0, part(7) - 0.5, 1.0, &piece);

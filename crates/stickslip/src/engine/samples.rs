@@ -51,10 +51,7 @@ impl Engine for Samples<'_> {
             let ends = |values: &[f64]| [values[i - 1], values[i]];
             let [x, v, a] = [self.x, self.v, self.a].map(ends);
             let course = Between {
-                clock: Clock {
-                    high: t[i - 1],
-                    low: 0.0,
-                },
+                clock: Clock::at(t[i - 1]),
                 x: hermite(x, v, a, h),
                 v: slope(x, v, a, h),
                 u: cubic(ends(self.w), ends(self.slip_acceleration), h),

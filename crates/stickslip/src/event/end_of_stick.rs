@@ -137,10 +137,7 @@ fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, static_limit: Option<[f64
     let fastest = stick.frequency.iter().copied().fold(0.0, f64::max);
     changes_sign(t, if H == 0 { 0.0 } else { BESIDE / fastest }, |t| {
         let (force, rate, _) = stick.at(t);
-        let hold = Hold {
-            stick_time: t,
-            force_rate: rate.abs(),
-        };
+        let hold = Hold::new(t, rate.abs());
         let limit = static_limit.map_or_else(
             || law.toward(force.signum()).break_away(hold),
             |[backward, forward]| if force < 0.0 { backward } else { forward },
@@ -192,12 +189,7 @@ fn growing_limit<const H: usize, const SIDE: i32>(
     } else {
         1.0 / stick.frequency.iter().copied().fold(0.0, f64::max)
     };
-    let limit = |t: f64, rate: f64| {
-        law.break_away(Hold {
-            stick_time: t,
-            force_rate: rate.abs(),
-        })
-    };
+    let limit = |t: f64, rate: f64| law.break_away(Hold::new(t, rate.abs()));
     loop {
         if work.ends(t) {
             return None;
@@ -285,10 +277,7 @@ fn close<const H: usize, const SIDE: i32>(
         }
         work.evaluations += 1;
         let (force, rate, curvature) = stick.at(t);
-        let limit = law.adhesion(Hold {
-            stick_time: t,
-            force_rate: rate.abs(),
-        });
+        let limit = law.adhesion(Hold::new(t, rate.abs()));
         let (size, sign) = outward_of::<SIDE>(force);
         let margin = limit.force - size;
         let rounding = stick.rounding(t, limit.force);

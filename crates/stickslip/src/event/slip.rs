@@ -297,11 +297,7 @@ mod tests {
     /// A root has its certificate; a time beside it has none.
     #[test]
     fn only_a_root_is_certified() {
-        let forcing = [Harmonic {
-            amplitude: 0.3,
-            frequency: 1.7,
-            phase: 0.4,
-        }];
+        let forcing = [Harmonic::new(0.3, 1.7, 0.4)];
         let frame = Frame::<1> {
             mass: 1.0,
             stiffness: 1.3,

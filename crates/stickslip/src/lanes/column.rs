@@ -179,10 +179,7 @@ impl Constants {
         }
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
         let piece = law.begin(0.0, f64::INFINITY, &mut Memory::default());
-        let static_limit = law.break_away(Hold {
-            stick_time: 0.0,
-            force_rate: k * s,
-        });
+        let static_limit = law.break_away(Hold::new(0.0, k * s));
         let whole = piece.low == 0.0 && piece.high.is_infinite() && !piece.reverses;
         if !whole || law.leave(static_limit, &mut Memory::default()) != piece || s <= 0.0 {
             return None;
@@ -198,11 +195,7 @@ impl Constants {
             amplitude,
             frequency,
             mut phase,
-        } = forced.unwrap_or(Harmonic {
-            amplitude: 0.0,
-            frequency: natural,
-            phase: 0.0,
-        });
+        } = forced.unwrap_or(Harmonic::new(0.0, natural, 0.0));
         if amplitude < 0.0 {
             phase += std::f64::consts::PI;
         }
@@ -295,10 +288,7 @@ impl Constants {
         most: u64,
     ) -> State<f64> {
         let (periods, t) = self.local(hybrid.clock);
-        let (end_periods, end_t) = self.local(Clock {
-            high: t_end,
-            low: 0.0,
-        });
+        let (end_periods, end_t) = self.local(Clock::at(t_end));
         let (sin, cos) = sin_cos(self.column.frequency * t);
         let (stuck, direction, at_reversal) = match hybrid.mode {
             Mode::Slip { direction, start, .. } => {

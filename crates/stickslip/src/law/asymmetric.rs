@@ -1,16 +1,16 @@
 //! Friction that differs between the two directions of slip: a law for each.
 
 use super::{Friction, Hold, Law, Memory, Piece, StaticKinetic};
-use crate::error::Error;
+use crate::error::{Error, wrong};
 use crate::parameters::{Limited, parameters};
 
 parameters! {
     /// One law where the friction on the mass is positive (w > 0), another where it is negative, at rest and in slip.
     pub struct Asymmetric {
         /// The law for w > 0, and for adhesion that pulls that way.
-        pub forward: Box<Law> = Box::new(StaticKinetic { break_away: 1.2, kinetic: 0.7 }.into()) => [],
+        pub forward: Box<Law> = Box::new(StaticKinetic::new(1.2, 0.7).into()) => [],
         /// The law for w < 0.
-        pub backward: Box<Law> = Box::new(StaticKinetic { break_away: 0.8, kinetic: 0.5 }.into()) => [],
+        pub backward: Box<Law> = Box::new(StaticKinetic::new(0.8, 0.5).into()) => [],
     }
 }
 
@@ -34,11 +34,9 @@ impl Friction for Asymmetric {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
         if self.sides().iter().any(|law| matches!(law, Law::Asymmetric(_))) {
-            return Err(Error::Document {
-                reason: "forward and backward must each be the law of one direction, got one that is asymmetric itself: give \
+            return wrong("forward and backward must each be the law of one direction, got one that is asymmetric itself: give \
                          the law it has there"
-                    .into(),
-            });
+                    .into());
         }
         Ok(())
     }

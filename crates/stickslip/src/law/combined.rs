@@ -2,7 +2,7 @@
 
 use super::static_kinetic::at_least_kinetic;
 use super::{Adhesion, DwellTime, End, ExponentialStribeck, Friction, Hold, Law, Memory, Piece};
-use crate::error::Error;
+use crate::error::{Error, wrong};
 use crate::parameters::{Limited, parameters};
 use crate::series::{Grown, Series};
 
@@ -23,18 +23,14 @@ impl Friction for Combined {
             .iter()
             .any(|law| matches!(***law, Law::Asymmetric(_)))
         {
-            return Err(Error::Document {
-                reason: "static and kinetic must be laws that are alike in both directions: combine the laws of each direction, and \
+            return wrong("static and kinetic must be laws that are alike in both directions: combine the laws of each direction, and \
                          make the law asymmetric of those"
-                    .into(),
-            });
+                    .into());
         }
         if matches!(*self.kinetic, Law::BogaczRyczek(_)) {
-            return Err(Error::Document {
-                reason: "kinetic must be a law whose slip does not follow from its own break-away force, got BogaczRyczek: change \
+            return wrong("kinetic must be a law whose slip does not follow from its own break-away force, got BogaczRyczek: change \
                          its static_friction instead"
-                    .into(),
-            });
+                    .into());
         }
         let static_limit = self.break_away(Hold::default());
         let first = self.leave(static_limit, &mut Memory::default());

@@ -3,7 +3,7 @@
 use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece, Point};
-use crate::error::Error;
+use crate::error::{Error, wrong};
 use crate::parameters::{Limited, parameters};
 use crate::series::{Grown, Series, ZERO, compose};
 
@@ -146,15 +146,13 @@ impl Friction for PiecewisePolynomial {
         }
         let (n, count) = (self.order(), self.nodes.len());
         if count <= n || !(count - 1).is_multiple_of(n) {
-            return Err(Error::Document {
-                reason: format!(
-                    "expected degree times the number of pieces and one more nodes ({}, {}, {}, …), got {count}: give each \
+            return wrong(format!(
+                "expected degree times the number of pieces and one more nodes ({}, {}, {}, …), got {count}: give each \
                      piece of degree {n} its nodes, the last of a piece being the first of the next",
-                    n + 1,
-                    2 * n + 1,
-                    3 * n + 1
-                ),
-            });
+                n + 1,
+                2 * n + 1,
+                3 * n + 1
+            ));
         }
         from_zero(&self.nodes)?;
         at_least_kinetic(self.break_away, self.nodes[0][1])
@@ -234,11 +232,7 @@ mod tests {
             }
         }
         let break_away = nodes[0][1];
-        PiecewisePolynomial {
-            nodes,
-            break_away,
-            degree: 16.0,
-        }
+        PiecewisePolynomial::new(nodes, break_away, 16.0)
     }
 
     #[test]

@@ -113,15 +113,9 @@ impl Loop<'_> {
             .iter()
             .map(|&c| {
                 let hold = if is_new(c) {
-                    Hold {
-                        stick_time: 0.0,
-                        force_rate: self.rate_if_stuck(c),
-                    }
+                    Hold::new(0.0, self.rate_if_stuck(c))
                 } else {
-                    Hold {
-                        stick_time: self.rested(c),
-                        force_rate: passage.rates[c].abs(),
-                    }
+                    Hold::new(self.rested(c), passage.rates[c].abs())
                 };
                 [-1.0, 1.0].map(|direction| self.laws[c].toward(direction).break_away(hold))
             })

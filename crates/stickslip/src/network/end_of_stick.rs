@@ -46,10 +46,7 @@ pub(super) fn end_of_adhesion(
 fn breaks(law: &Law, (force, normal): Load, rested: f64, still: f64, (h, reach): (f64, f64)) -> bool {
     let margin = |t: f64| {
         let (value, rate) = slope_at(force, t);
-        let hold = Hold {
-            stick_time: rested + t,
-            force_rate: rate.abs(),
-        };
+        let hold = Hold::new(rested + t, rate.abs());
         let limit = pressed(normal, t) * law.toward(value.signum()).break_away(hold);
         [
             limit - value.abs(),
@@ -79,12 +76,7 @@ fn end_on(
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
-    let of_law = |t: f64, rate: f64| {
-        law.break_away(Hold {
-            stick_time: rested + t,
-            force_rate: rate.abs(),
-        })
-    };
+    let of_law = |t: f64, rate: f64| law.break_away(Hold::new(rested + t, rate.abs()));
     let limit = |t: f64, rate: f64| pressed(normal, t) * of_law(t, rate);
     let feels_rate = law.feels_force_rate();
     let static_limit = limit(0.0, force[1]);

@@ -2,7 +2,7 @@
 
 use super::{Loop, Orbit, Run, check, simulate_while};
 use crate::clock::Clock;
-use crate::error::Error;
+use crate::error::{Error, wrong};
 use crate::event_sequence::EventSequence;
 use crate::flow::taylor::Frame;
 use crate::law::{End, Friction, Memory, Piece};
@@ -11,20 +11,16 @@ use crate::simulate::Stop;
 use crate::system::System;
 use crate::variation::{CONTACT, ContactState, Ending, Layout, Phase, State, contact_of};
 
-fn refused<T>(reason: String) -> Result<T, Error> {
-    Err(Error::Document { reason })
-}
-
 /// What has a derivative through its events.
 fn admit(system: &System) -> Result<(), Error> {
     system.validate()?;
     if Frame::of(system).loops {
-        return refused(
+        return wrong(
             "contacts that close a loop share their load by a rule that has no derivative; take one of them out".into(),
         );
     }
     if !system.springs.is_empty() {
-        return refused(
+        return wrong(
             "no derivative is known through springs that are not linear; put what is linear into stiffness, or look at sections"
                 .into(),
         );
@@ -34,7 +30,7 @@ fn admit(system: &System) -> Result<(), Error> {
         .iter()
         .any(|contact| !contact.drive_velocity.nodes.is_empty())
     {
-        return refused("a drive along a table has no derivative at its nodes; write it as harmonics".into());
+        return wrong("a drive along a table has no derivative at its nodes; write it as harmonics".into());
     }
     Ok(())
 }
@@ -103,7 +99,7 @@ pub fn resume(
     };
     check(system, &run)?;
     let mut motion = Loop::new(system, &run);
-    motion.clock = Clock { high: t, low: 0.0 };
+    motion.clock = Clock::at(t);
     motion.motion.aim(&motion.frame, motion.clock);
     let speeds: Vec<f64> = (0..layout.contacts)
         .map(|c| motion.motion.slip(&motion.frame, c, &motion.v))
@@ -215,7 +211,7 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
         for other in at_once.iter().filter(|event| !std::ptr::eq(*event, main)) {
             let follows = matches!(other.kind, Kind::Release | Kind::Capture | Kind::Crossing);
             if !follows || frame.coupling(other.contact as usize, c) == 0.0 {
-                return refused(format!(
+                return wrong(format!(
                     "contacts {c} and {} have events at one time, {t}, which a disturbance would part: start from \
                      another state",
                     other.contact
@@ -242,7 +238,7 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
             (Kind::Node, _) if rows.grows(c, from, t) => Ending::Line(End::High),
             (Kind::Capture | Kind::Crossing | Kind::Node, _) => Ending::Line(End::Low),
             (Kind::Parting | Kind::Meeting | Kind::Spring, _) => {
-                return refused(format!(
+                return wrong(format!(
                     "the bodies of contact {c} part at t = {t}, for which no derivative is known: follow a motion along which \
                      the normal force stays positive"
                 ));

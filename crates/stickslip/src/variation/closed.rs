@@ -115,20 +115,13 @@ impl Closed {
     /// The forcing at a time and its rate.
     fn forcing(&self, t: &Dual) -> [Dual; 2] {
         let [mut force, mut rate] = [0, 1].map(|_| Dual::fixed(0.0, t.rates.len()));
-        let clock = Clock {
-            high: t.value,
-            low: 0.0,
-        };
+        let clock = Clock::at(t.value);
         let mut bend = 0.0;
         for (one, first) in self.numbers[SYSTEM..].chunks_exact(3).zip((SYSTEM..).step_by(3)) {
             let &[amplitude, frequency, phase] = one else {
                 continue;
             };
-            let harmonic = Harmonic {
-                amplitude: 1.0,
-                frequency,
-                phase,
-            };
+            let harmonic = Harmonic::new(1.0, frequency, phase);
             let (cos, odd) = harmonic.quadratures(clock);
             let (wave, turned) = (amplitude * cos, amplitude * odd);
             force.value += wave;
@@ -193,10 +186,7 @@ impl Closed {
         let at = LAYOUT.contact(0);
         let positions = [LAYOUT.x(0), LAYOUT.v(0), 0, at, at + 1];
         let own = positions.map(|position| start.numbers[position].value);
-        let clock = Clock {
-            high: own[TIME],
-            low: 0.0,
-        };
+        let clock = Clock::at(own[TIME]);
         let lanes = t.rates.len();
         let [mut x, mut v] = self
             .slip(own, direction, clock, tau)?
@@ -277,11 +267,7 @@ impl Closed {
             .chunks_exact(3)
             .zip((STATE + SYSTEM..).step_by(3))
         {
-            let harmonic = Harmonic {
-                amplitude: 1.0,
-                frequency: force[1],
-                phase: force[2],
-            };
+            let harmonic = Harmonic::new(1.0, force[1], force[2]);
             let frequency = force[1];
             let dynamic = Complex(stiffness - mass * frequency * frequency, drag * frequency);
             if dynamic.size() < RESONANT * stiffness {

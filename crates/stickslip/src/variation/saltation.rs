@@ -91,10 +91,7 @@ impl Course<'_> {
     pub(super) fn normal(&self, c: usize, state: impl FnOnce() -> Moving) -> Option<Dual> {
         let normal = self.frame.normals[c].as_ref()?;
         let state = state();
-        let clock = Clock {
-            high: state.numbers[0].value,
-            low: 0.0,
-        };
+        let clock = Clock::at(state.numbers[0].value);
         let across = |of: fn(Layout, usize) -> usize| {
             let contact = &self.varied.base.contacts[c];
             let own = state.numbers[of(self.layout, contact.mass)].clone();
@@ -134,10 +131,8 @@ impl Course<'_> {
         let [limit] = self
             .varied
             .ask(c, inputs, parameters, RELATIVE_STEP, |law, [stick_time, rate]| {
-                [law.toward(direction).break_away(Hold {
-                    stick_time: stick_time.max(0.0),
-                    force_rate: rate.abs(),
-                })]
+                [law.toward(direction)
+                    .break_away(Hold::new(stick_time.max(0.0), rate.abs()))]
             });
         limit
     }
@@ -267,10 +262,7 @@ impl Course<'_> {
         if contact.other.is_some() || next[c] == ContactState::Stick {
             return;
         }
-        let clock = Clock {
-            high: after.numbers[0].value,
-            low: 0.0,
-        };
+        let clock = Clock::at(after.numbers[0].value);
         let which = if end == End::High { HIGH } else { LOW };
         let u = start.numbers[self.layout.contact(c) + which].clone() * *direction;
         let drive = self.drives(clock, &after.numbers[0]).swap_remove(c);

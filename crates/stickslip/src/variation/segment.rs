@@ -254,10 +254,7 @@ impl<'a> Course<'a> {
         pass: &mut dyn FnMut(&Expansion),
     ) {
         let mut here = start.clone();
-        let mut clock = Clock {
-            high: start.numbers[0].value,
-            low: 0.0,
-        };
+        let mut clock = Clock::at(start.numbers[0].value);
         self.stop(&mut here, contact_states);
         let mode = self.mode(&here, contact_states);
         (expansion.begin, expansion.leapt) = (0.0, None);
@@ -303,10 +300,7 @@ impl<'a> Course<'a> {
             return;
         }
         let held = self.frame.held(stuck);
-        let clock = Clock {
-            high: state.numbers[0].value,
-            low: 0.0,
-        };
+        let clock = Clock::at(state.numbers[0].value);
         let drives = self.drives(clock, &state.numbers[0]);
         let contacts = &self.varied.base.contacts;
         let slip: Vec<Dual> = held
@@ -517,10 +511,7 @@ impl<'a> Course<'a> {
         if let Some(closed) = &self.closed {
             return closed.holding(&state.numbers[self.layout.x(0)], &state.numbers[0]);
         }
-        let clock = Clock {
-            high: state.numbers[0].value,
-            low: 0.0,
-        };
+        let clock = Clock::at(state.numbers[0].value);
         let expansion = &mut *self.spare.borrow_mut();
         self.expand(
             RATES,
