@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -24,12 +23,6 @@ def document(tmp_path):
     path = tmp_path / "system.toml"
     path.write_text(MASS.to_toml())
     return str(path)
-
-
-@pytest.fixture(autouse=True)
-def _closed():
-    yield
-    plt.close("all")
 
 
 def test_a_sweep_both_ways_shows_what_coexists(document, tmp_path, capsys):

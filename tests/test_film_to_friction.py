@@ -117,19 +117,11 @@ def test_each_mass_of_a_film_gives_the_friction_of_its_contact(tmp_path):
     np.testing.assert_allclose(rest[0], 0, atol=1e-3)
     motion["x"] = motion["x"] - rest
     for mass in (0, 1):
-        alone = ss.simulate(ss.Oscillator(damping=damping[mass], drive_velocity=0.2, law=law), orbit.t_end)
+        slider = ss.Oscillator(damping=damping[mass], drive_velocity=0.2, law=law)
+        alone = ss.simulate(slider, orbit.t_end)
         np.testing.assert_allclose(orbit.at(orbit.t_end)[0][mass], alone.at(orbit.t_end)[0], atol=1e-9)
-        one = Rig(
-            instrument="displacement",
-            column="x",
-            unit="1",
-            stiffness=1,
-            mass=1,
-            damping=damping[mass],
-            drive_velocity=0.2,
-        )
         time = motion["time"].to_numpy() + SETTLED
-        friction = measure(motion.assign_coords(time=time), one, mass=mass)
+        friction = measure(motion.assign_coords(time=time), Rig.of(slider, "time"), mass=mass)
         check(friction, time, alone.to_xarray(time)["force"].to_numpy(), alone.events, f"mass {mass}")
 
 

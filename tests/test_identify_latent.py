@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from evidence import script
 
 import stickslip as ss
 from stickslip.identification import identify
-from stickslip.identification.coverage import CASES, Case
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.kinetic.displacement_error import DisplacementError, without
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.laws.numbers import value, with_values
 
-TWO_BRANCH = Case(
+CASES = script("interval_coverage").CASES
+TWO_BRANCH = script("interval_coverage").Case(
     ss.laws.TwoBranch(
         rising=((0.0, 1.0), (0.25, 0.8), (0.6, 0.9)), falling=((0.0, 0.9), (0.25, 0.6), (0.6, 0.8)), break_away=1.05
     ),

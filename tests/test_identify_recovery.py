@@ -209,17 +209,7 @@ def measured(s, seed):
     orbit = ss.simulate(PAPER.oscillator(s), 120)
     t = np.arange(0, 120, 0.02)
     x = orbit.at(t)[0] + 0.001 * np.random.default_rng(seed).standard_normal(t.size)
-    rig = Rig(
-        instrument="displacement",
-        column="x",
-        unit="1",
-        time_column="t",
-        stiffness=1,
-        mass=1,
-        damping=0.28,
-        drive_velocity=s,
-    )
-    return ss.measure({"t": t, "x": x}, rig)
+    return ss.measure({"t": t, "x": x}, Rig.of(PAPER.oscillator(s)))
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import friction_of_orbit, identify
+from stickslip.measurement import Rig
 
 
 def record(law=None, s=0.2, t_end=200.0):
@@ -127,8 +129,7 @@ def measured(noise=0.005, change=lambda x: x, t_end=200):
     t = np.arange(0, t_end, 0.05)
     x = ss.simulate(system, t_end).at(t)[0]
     x = change(x + noise * np.std(x) * np.random.default_rng(0).standard_normal(t.size))
-    rig = {"instrument": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "mass": 1.0}
-    return ss.measure({"t": t, "x": x}, {**rig, "damping": 0.1, "drive_velocity": 0.2})
+    return ss.measure({"t": t, "x": x}, Rig.of(system))
 
 
 @pytest.mark.slow
@@ -215,17 +216,10 @@ def test_records_of_two_contacts_are_told():
 def test_a_law_of_the_wrong_form_or_rig_is_told_by_the_noise_it_leaves():
     law = ss.laws.PiecewiseLinear(nodes=[(0, 1), (0.2, 0.6), (0.6, 0.75)], break_away=1.05)
     t = np.arange(0, 60, 0.05)
-    x = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=0.2, law=law), 120).at(60 + t)[0]
+    system = ss.Oscillator(damping=0.1, drive_velocity=0.2, law=law)
+    x = ss.simulate(system, 120).at(60 + t)[0]
     x = x + 0.005 * np.std(x) * np.random.default_rng(0).standard_normal(t.size)
-    rig = {
-        "instrument": "displacement",
-        "column": "x",
-        "unit": "1",
-        "time_column": "t",
-        "stiffness": 1.0,
-        "damping": 0.1,
-    }
-    right, wrong = (ss.measure({"t": t, "x": x}, {**rig, "mass": mass, "drive_velocity": 0.2}) for mass in (1.0, 2.0))
+    right, wrong = (ss.measure({"t": t, "x": x}, Rig.of(replace(system, mass=mass))) for mass in (1.0, 2.0))
 
     def leaves(friction, pieces):
         found = identify(friction, law="PiecewiseLinear", pieces=pieces)
@@ -239,8 +233,7 @@ def test_a_law_of_the_wrong_form_or_rig_is_told_by_the_noise_it_leaves():
 def test_a_mass_that_goes_with_the_drive_throughout_is_refused():
     t = np.arange(0, 100, 0.05)
     x = 0.2 * t + 0.001 * np.random.default_rng(0).standard_normal(t.size)
-    rig = {"instrument": "displacement", "column": "x", "unit": "1", "time_column": "t", "stiffness": 1.0, "mass": 1.0}
-    friction = ss.measure({"t": t, "x": x}, {**rig, "damping": 0.1, "drive_velocity": 0.2})
+    friction = ss.measure({"t": t, "x": x}, Rig.of(ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(0.5))))
     with pytest.raises(InputError, match=r"the mass goes with the drive throughout|holds no slip"):
         identify(friction, law="Coulomb")
 

@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from evidence import script
 
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_sticks, identify
-from stickslip.identification.coverage import coverage
 from stickslip.identification.law_parameters import LawParameters
-from stickslip.identification.slip_coverage import CASES
 from stickslip.identification.trajectory.first_passage import Sticks, solve
 
+evidence = script("interval_coverage")
 LAW = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
 
 
@@ -105,10 +105,10 @@ def test_static_friction_of_a_combined_law_is_found_by_slips():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", list(CASES))
+@pytest.mark.parametrize("name", list(evidence.SCATTERED))
 def test_intervals_by_slips_hold_the_truth(name):
     # At 95 % fewer than 15 of 20 come by chance three times in ten thousand.
-    table = coverage(CASES[name], repetitions=20, fresh=20)
+    table = evidence.coverage(evidence.SCATTERED[name], repetitions=20, fresh=20)
     assert (table["inside"] >= 15).all(), table
 
 

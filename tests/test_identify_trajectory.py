@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from evidence import script
 
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity
-from stickslip.identification.coverage import CASES, coverage
 from stickslip.identification.law_fit import undecided
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import read_records
@@ -24,6 +24,7 @@ from stickslip.identification.trajectory.single_shooting import SingleShooting
 from stickslip.laws.numbers import pointers, value
 from stickslip.measurement import Rig
 
+CASES, coverage = script("interval_coverage").CASES, script("interval_coverage").coverage
 LAW = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
 NOISE = 0.005
 
@@ -313,21 +314,12 @@ def test_law_is_recovered_from_films(law, options, tmp_path):
     pytest.importorskip("cv2")
     frictions = []
     for s in (0.1, 0.2, 0.3):
-        orbit = ss.simulate(ss.Oscillator(damping=0.1, drive_velocity=s, law=law), 131)
+        slider = ss.Oscillator(damping=0.1, drive_velocity=s, law=law)
+        orbit = ss.simulate(slider, 131)
         path = tmp_path / f"film-{s}.avi"
         truth = ss.film(orbit, path, start=100.0, duration=30.0, frame_rate=25.0)
         setup = tomllib.loads(truth.attrs["setup"])
-        rig = Rig(
-            instrument="displacement",
-            column="x",
-            unit="1",
-            time_column="time",
-            stiffness=1,
-            mass=1,
-            damping=0.1,
-            drive_velocity=s,
-        )
-        frictions.append(ss.measure(ss.track(path, setup), rig))
+        frictions.append(ss.measure(ss.track(path, setup), Rig.of(slider, "time")))
     # The tracker finds places to some hundredths of a pixel (test_track_films.py); that part of it which is common to all
     # pictures no record shows.
     zero = 0.01 / setup["calibration"]["scale"]

@@ -290,16 +290,7 @@ def test_slow_slip_just_above_the_end_of_sticking_is_no_stick(noise: float) -> N
     oscillator = ss.paper.oscillator(0.255)
     t = np.arange(250, 400, 0.02)
     x = ss.simulate(oscillator, t_end=400).at(t)[0] + noise * np.random.default_rng(0).standard_normal(len(t))
-    rig = Rig(
-        instrument="displacement",
-        column="x",
-        unit="1",
-        stiffness=1.0,
-        mass=1.0,
-        damping=oscillator.damping,
-        drive_velocity=0.255,
-    )
-    friction = measure({"t": t - 250, "x": x}, rig)
+    friction = measure({"t": t - 250, "x": x}, Rig.of(oscillator))
     assert friction.attrs["regime"] == "almost_harmonic"
     assert friction.attrs["slips"] == 0
     assert not friction["stuck"].values.any()

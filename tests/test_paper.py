@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,12 +12,6 @@ from stickslip.paper import calibration, figures, reproduction
 from stickslip.paper.checks import CLAIMS
 from stickslip.paper.claim import NOT, PARTLY, REPRODUCED
 from stickslip.paper.study import Study
-
-
-@pytest.fixture(autouse=True)
-def _closed():
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

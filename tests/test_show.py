@@ -20,12 +20,6 @@ REGIMES = {"stick_slip": 0.20, "almost_harmonic": 0.30, "stable_slip": 0.45}
 PAPER = ss.paper.calibration.CALIBRATIONS["one f_s(0)"]
 
 
-@pytest.fixture(autouse=True)
-def _closed():
-    yield
-    plt.close("all")
-
-
 @pytest.fixture(scope="module", params=REGIMES.values(), ids=list(REGIMES))
 def orbit(request):
     return ss.simulate(PAPER.oscillator(request.param), 100)

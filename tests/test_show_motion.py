@@ -1,9 +1,7 @@
 """Pictures of measured motions and of instruments: they draw what is there and refuse what is not."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,12 +12,6 @@ from stickslip.measurement import Rig, measure, motion
 
 T = np.arange(0, 40, 0.05)
 RIG = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=0.5)
-
-
-@pytest.fixture(autouse=True)
-def closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def moved() -> object:

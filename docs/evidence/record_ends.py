@@ -46,24 +46,15 @@ def cases(count: int) -> Iterator[tuple[int, dict[str, float]]]:
 def rows(number: int, case: dict[str, float]) -> list[tuple[object, ...]]:
     """The intervals of one record."""
     law = ss.laws.StaticKinetic(break_away=case["break_away"], kinetic=case["break_away"] * case["ratio"])
-    damping, drive, wanted = case["damping"], case["drive_velocity"], int(case["break_aways"])
-    oscillator = ss.Oscillator(damping=damping, drive_velocity=drive, law=law)
+    wanted = int(case["break_aways"])
+    oscillator = ss.Oscillator(damping=case["damping"], drive_velocity=case["drive_velocity"], law=law)
     orbit = ss.simulate(oscillator, 60.0 + (wanted + 3) * 50.0)
     ends = orbit.events.query("kind == 'release' and t > 20")["t"].to_numpy()
     start = ends[0] + case["first"] * (ends[1] - ends[0])
     stop = ends[wanted] + case["last"] * (ends[wanted + 1] - ends[wanted])
     time = np.arange(start, stop, 2 * np.pi / case["samples"])
     x = orbit.at(time)[0] + case["noise"] * np.random.default_rng([number, 1]).standard_normal(len(time))
-    rig = Rig(
-        instrument="displacement",
-        column="x",
-        unit="1",
-        stiffness=1,
-        mass=1,
-        damping=damping,
-        drive_velocity=drive,
-    )
-    found = identify(measure({"t": time - start, "x": x}, rig), law="StaticKinetic").parameters
+    found = identify(measure({"t": time - start, "x": x}, Rig.of(oscillator)), law="StaticKinetic").parameters
     return [
         (number, wanted, name, getattr(law, name), *found.loc[name, ["value", "error", "low", "high"]].to_numpy(float))
         for name in ("break_away", "kinetic")
