@@ -20,10 +20,6 @@ const BLOCK: usize = 256;
 /// times, and t, x, v of the events of the section, not a number where there are fewer than `keep`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a setting")]
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the border"
-)]
 pub(crate) fn batch<'py>(
     py: Python<'py>,
     document: &str,

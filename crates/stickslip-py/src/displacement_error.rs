@@ -1,8 +1,4 @@
 //! What an error of the displacement does to a force, at the border.
-#![expect(
-    clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the border"
-)]
 
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;

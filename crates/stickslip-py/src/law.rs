@@ -1,8 +1,4 @@
 //! Laws with adhesion at the border, read and checked once.
-#![expect(
-    clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the border"
-)]
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;

@@ -1,6 +1,10 @@
 //! The boundary between the core and Python: conversions, and loops over pixels and samples that need no core. Documents cross it as
 //! JSON, numbers as arrays.
 #![warn(clippy::disallowed_methods)]
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "that is how arrays cross the border"
+)]
 
 mod batch;
 mod displacement_error;
@@ -29,7 +33,6 @@ use stickslip::regime::Regime;
 use stickslip::simulate::Stop;
 use stickslip::state_law::StateLaw;
 
-#[expect(clippy::needless_pass_by_value, reason = "to be given to map_err")]
 fn refused(error: impl ToString) -> PyErr {
     PyValueError::new_err(error.to_string())
 }

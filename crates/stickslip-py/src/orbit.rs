@@ -54,10 +54,6 @@ impl Orbit {
 
     /// Go on from a state of an event sequence in which the contacts do what `contact_states` say, by Taylor steps.
     #[staticmethod]
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the boundary"
-    )]
     fn resume(
         py: Python<'_>,
         system: &System,
@@ -77,10 +73,6 @@ impl Orbit {
 
     /// An orbit from its saved columns.
     #[staticmethod]
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the boundary"
-    )]
     fn restore(
         system: &System,
         run: Asked,
@@ -103,6 +95,7 @@ impl Orbit {
                 events,
                 stop,
                 work,
+                end: None,
             }),
             stickslip::model::Model::Steps(system) => Kept::Steps(network::Orbit {
                 system,
@@ -139,10 +132,6 @@ impl Orbit {
     }
 
     /// Positions, velocities, accelerations mass by mass; slip velocities, friction forces, adhesion contact by contact.
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the boundary"
-    )]
     fn states<'py>(&self, py: Python<'py>, times: PyReadonlyArray1<'py, f64>) -> PyResult<Columns<'py>> {
         let times = times.as_slice()?;
         let states = py.detach(|| self.0.states(times));

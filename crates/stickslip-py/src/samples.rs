@@ -21,10 +21,6 @@ pub(crate) struct Samples {
 #[pymethods]
 impl Samples {
     #[new]
-    #[expect(
-        clippy::needless_pass_by_value,
-        reason = "that is how arrays cross the border"
-    )]
     fn new(
         columns: [PyReadonlyArray1<'_, f64>; 6],
         stuck: PyReadonlyArray1<'_, bool>,
@@ -86,10 +82,6 @@ impl Samples {
 
 /// The growth rate of the 0–1 test for chaos.
 #[pyfunction]
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the border"
-)]
 pub(crate) fn chaos(series: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
     Ok(zero_one::growth(series.as_slice()?))
 }

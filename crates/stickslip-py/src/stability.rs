@@ -164,10 +164,6 @@ pub(crate) fn event_sequence<'py>(
 
 /// The event sequence from a state in a contact state.
 #[pyfunction]
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the boundary"
-)]
 pub(crate) fn event_sequence_from<'py>(
     py: Python<'py>,
     system: &System,
@@ -194,10 +190,6 @@ pub(crate) fn event_sequence_from<'py>(
 /// `origin` is x and v of a run that begins there, so that what its contacts do at the start moves with the numbers at `paths`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a thing")]
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the boundary"
-)]
 pub(crate) fn follow<'py>(
     py: Python<'py>,
     system: &System,

@@ -1,8 +1,4 @@
 //! Laws with an internal state at the border: the right-hand sides that an integrator in Python asks for.
-#![expect(
-    clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the border"
-)]
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;

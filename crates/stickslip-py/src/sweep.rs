@@ -35,10 +35,6 @@ pub(crate) fn rows_of(
 /// extent of x of the row before the first. Runs that are not done after `max_seconds` end where they are.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a setting")]
-#[expect(
-    clippy::needless_pass_by_value,
-    reason = "that is how arrays cross the border"
-)]
 pub(crate) fn sweep<'py>(
     py: Python<'py>,
     document: &str,

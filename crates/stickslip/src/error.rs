@@ -167,6 +167,11 @@ pub(crate) fn increasing(name: &'static str, nodes: &[[f64; 2]]) -> Result<(), E
     Ok(())
 }
 
+/// A law whose geometry does not close: what is wrong, and the value that was given.
+pub(crate) fn misshapen<T>(what: &'static str, value: f64) -> Result<T, Error> {
+    Err(Error::Geometry { what, value })
+}
+
 /// A request that is refused for this reason.
 pub(crate) fn wrong<T>(reason: String) -> Result<T, Error> {
     Err(Error::Document { reason })

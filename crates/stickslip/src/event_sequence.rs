@@ -6,10 +6,10 @@ use crate::error::Error;
 use crate::event::Start;
 use crate::flow::exact::Frame;
 use crate::hybrid_state::HybridState;
-use crate::law::{End, Friction, Memory, Piece};
+use crate::law::{End, Friction, Law, Memory, Piece};
 use crate::mode::{self, Kind, Mode};
 use crate::network::{self, sequence};
-use crate::orbit::{Orbit, Segment, While};
+use crate::orbit::{Orbit, Segment};
 use crate::oscillator::{Oscillator, with_harmonics};
 use crate::simulate::{self, Run, Stop};
 use crate::system::System;
@@ -91,21 +91,7 @@ pub fn from(
         t_end: t + duration,
         max_events,
     };
-    let flags = state.flags[0];
-    let piece = Piece {
-        offset: number(3),
-        slope: number(4),
-        low: number(5),
-        high: number(6),
-        branch: flags.branch,
-        reverses: flags.reverses,
-    };
-    let memory = Memory {
-        anchor: [number(7), number(8)],
-        corner: [number(9), number(10)],
-        released_at: flags.released.then_some(number(11)),
-        ..Memory::default()
-    };
+    let (piece, memory) = state.contact(3, 0);
     let mode = match contact_state {
         ContactState::Stick => Mode::Stick,
         ContactState::Slip(direction) => {
@@ -151,10 +137,7 @@ pub fn from(
         mode,
         memory,
     };
-    let mut orbit = Orbit::new(oscillator.clone(), run);
-    let record = &mut orbit;
-    let (stop, _) = simulate::resume(oscillator, run, hybrid, &mut While { record, go_on })?;
-    orbit.stop = stop;
+    let orbit = simulate::simulate_on(oscillator, run, hybrid, go_on)?;
     Ok(of_orbit(&orbit, state, t + duration))
 }
 
@@ -196,14 +179,7 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
             (Kind::Release, _) => Ending::Release,
             (Kind::Capture | Kind::Crossing, _) => Ending::Line(End::Low),
             (Kind::Reversal, ContactState::Hold(direction)) => {
-                let [low, high] = oscillator
-                    .law
-                    .toward(direction)
-                    .branches(u)
-                    .unwrap_or([f64::NAN; 2]);
-                let force = direction * event.force;
-                let upper = (force - high).abs() < (force - low).abs();
-                Ending::Line(if upper { End::High } else { End::Low })
+                end_of_hold(&oscillator.law, direction, u, event.force)
             }
             (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Reversal {
                 rising: u < speed(segment.direction, segment.v),
@@ -231,4 +207,11 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
         kinds: orbit.events.iter().map(|event| event.kind).collect(),
         stop: orbit.stop,
     }
+}
+
+/// Over which branch a slip speed `u` that was held between two ends, by the friction there.
+pub(crate) fn end_of_hold(law: &Law, direction: f64, u: f64, force: f64) -> Ending {
+    let [low, high] = law.toward(direction).branches(u).unwrap_or([f64::NAN; 2]);
+    let upper = (direction * force - high).abs() < (direction * force - low).abs();
+    Ending::Line(if upper { End::High } else { End::Low })
 }

@@ -70,6 +70,7 @@ pub mod lyapunov;
 mod matrix;
 pub mod mode;
 pub mod model;
+mod named;
 pub mod network;
 pub mod normal_force;
 pub mod observer;

@@ -9,6 +9,7 @@ use serde::Deserialize;
 use crate::event::Start;
 use crate::flow::exact::Frame;
 use crate::law::{End, Friction, Hold, Law, Memory, Piece};
+use crate::named::named;
 
 /// What the contact does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,59 +38,29 @@ pub enum Mode {
     },
 }
 
-/// What happens at an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[repr(u8)]
-pub enum Kind {
-    /// Adhesion breaks.
-    Release,
-    /// The mass sticks.
-    Capture,
-    /// The slip velocity changes its sign without a stick.
-    Crossing,
-    /// The slip acceleration changes its sign (reported for laws that have branches by that sign).
-    Reversal,
-    /// The next linear piece of the law begins.
-    Node,
-    /// The slip velocity is held constant between two branches of the law.
-    Hold,
-    /// The bodies part: their normal force falls to zero.
-    Parting,
-    /// Bodies that were apart meet again.
-    Meeting,
-    /// A spring goes on to its next piece; the contact of the event is the number of the spring.
-    Spring,
-}
-
-impl Kind {
-    /// Every kind, by its number.
-    pub const ALL: [Self; 9] = [
-        Self::Release,
-        Self::Capture,
-        Self::Crossing,
-        Self::Reversal,
-        Self::Node,
-        Self::Hold,
-        Self::Parting,
-        Self::Meeting,
-        Self::Spring,
-    ];
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Release => "release",
-            Self::Capture => "capture",
-            Self::Crossing => "crossing",
-            Self::Reversal => "reversal",
-            Self::Node => "node",
-            Self::Hold => "hold",
-            Self::Parting => "parting",
-            Self::Meeting => "meeting",
-            Self::Spring => "spring",
-        }
+named! {
+    /// What happens at an event.
+    #[derive(Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Kind {
+        /// Adhesion breaks.
+        Release = "release",
+        /// The mass sticks.
+        Capture = "capture",
+        /// The slip velocity changes its sign without a stick.
+        Crossing = "crossing",
+        /// The slip acceleration changes its sign (reported for laws that have branches by that sign).
+        Reversal = "reversal",
+        /// The next linear piece of the law begins.
+        Node = "node",
+        /// The slip velocity is held constant between two branches of the law.
+        Hold = "hold",
+        /// The bodies part: their normal force falls to zero.
+        Parting = "parting",
+        /// Bodies that were apart meet again.
+        Meeting = "meeting",
+        /// A spring goes on to its next piece; the contact of the event is the number of the spring.
+        Spring = "spring",
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::clock::Clock;
 use crate::event::Work;
 use crate::flow::exact::{Frame, Slip};
-use crate::hybrid_state::HybridState;
+use crate::hybrid_state::{HybridState, Restart};
 use crate::law::Piece;
 use crate::mode::{Kind, Mode};
 use crate::oscillator::{Oscillator, with_harmonics};
@@ -88,7 +88,7 @@ impl Segment {
     }
 
     /// The friction along a slip.
-    fn piece(&self) -> Piece {
+    pub(crate) fn piece(&self) -> Piece {
         Piece {
             offset: self.offset,
             slope: self.slope,
@@ -217,6 +217,8 @@ pub struct Orbit {
     pub stop: Stop,
     /// What it cost.
     pub work: Work,
+    /// What the contact does and remembers where the run reached its end.
+    pub end: Option<Box<HybridState>>,
 }
 
 /// Rows up to which room is made for four times as many: to double it each time copies every row once more.
@@ -242,6 +244,10 @@ impl Record for Orbit {
     fn full(&self) -> bool {
         size_of_val(&*self.segments) + size_of_val(&*self.events) > MOST_BYTES
     }
+
+    fn arrived(&mut self, hybrid: HybridState) {
+        self.end = Some(Box::new(hybrid));
+    }
 }
 
 impl Orbit {
@@ -253,7 +259,26 @@ impl Orbit {
             events: Vec::new(),
             stop: Stop::End,
             work: Work::default(),
+            end: None,
         }
+    }
+
+    /// How the motion goes on, if it reached its end.
+    #[must_use]
+    pub fn restart(&self) -> Option<Restart> {
+        let hybrid = **self.end.as_ref().filter(|_| self.stop == Stop::End)?;
+        let (last, segment) = (*self.states(&[self.run.t_end]).first()?, self.segments.last()?);
+        let (w, stuck_for) = if last.stuck {
+            (0.0, segment.clock.until(self.run.t_end))
+        } else {
+            (self.oscillator.drive_velocity - last.v, 0.0)
+        };
+        Some(Restart {
+            x: last.x,
+            w,
+            stuck_for,
+            hybrid,
+        })
     }
 
     /// The time up to which the orbit is known: t_end, or where the run stopped before.

@@ -1,54 +1,31 @@
 //! The kind of a steady motion, in one word; the criteria of every part of the package.
 
-/// The kind of a motion after its transient.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Regime {
-    /// Adhesion breaks again and again.
-    StickSlip,
-    /// It slips, the slip velocity oscillates and keeps its sign.
-    AlmostHarmonic,
-    /// The slip velocity is constant within [`STEADY`] of itself.
-    StableSlip,
-    /// The slip velocity changes its sign without a stick.
-    BackAndForth,
-    /// Stuck throughout.
-    AtRest,
-    /// Beyond all numbers.
-    Diverged,
-    /// The run ended before its time: too many events, or an accumulation of them.
-    Unfinished,
+use crate::named::named;
+
+named! {
+    /// The kind of a motion after its transient.
+    pub enum Regime {
+        /// Adhesion breaks again and again.
+        StickSlip = "stick_slip",
+        /// It slips, the slip velocity oscillates and keeps its sign.
+        AlmostHarmonic = "almost_harmonic",
+        /// The slip velocity is constant within [`STEADY`] of itself.
+        StableSlip = "stable_slip",
+        /// The slip velocity changes its sign without a stick.
+        BackAndForth = "reversing_slip",
+        /// Stuck throughout.
+        AtRest = "at_rest",
+        /// Beyond all numbers.
+        Diverged = "diverged",
+        /// The run ended before its time: too many events, or an accumulation of them.
+        Unfinished = "unfinished",
+    }
 }
 
 /// A slip velocity that varies by no more than this part of its largest size is constant.
 pub const STEADY: f64 = 2e-3;
 
 impl Regime {
-    /// Every regime, by its number.
-    pub const ALL: [Self; 7] = [
-        Self::StickSlip,
-        Self::AlmostHarmonic,
-        Self::StableSlip,
-        Self::BackAndForth,
-        Self::AtRest,
-        Self::Diverged,
-        Self::Unfinished,
-    ];
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::StickSlip => "stick_slip",
-            Self::AlmostHarmonic => "almost_harmonic",
-            Self::StableSlip => "stable_slip",
-            Self::BackAndForth => "reversing_slip",
-            Self::AtRest => "at_rest",
-            Self::Diverged => "diverged",
-            Self::Unfinished => "unfinished",
-        }
-    }
-
     /// Whether the slip velocity is constant, or the contact sticks.
     #[must_use]
     pub fn rests(self) -> bool {

@@ -7,7 +7,6 @@ use crate::error::Error;
 use crate::flow::exact::{Frame, Response, Slip};
 use crate::hybrid_state::{HybridState, Restart};
 use crate::lanes::Runner;
-use crate::law::Piece;
 use crate::observer::{Course, Observer};
 use crate::orbit::{Event, Orbit, Record, Segment};
 use crate::oscillator::{Oscillator, with_harmonics};
@@ -88,14 +87,7 @@ impl<'a> Closed<'a> {
         after: f64,
         observer: &mut impl Observer,
     ) -> Result<Stop, Error> {
-        let mut follower = Follower {
-            frame: Frame::<H>::of(self.oscillator),
-            after,
-            open: None,
-            kept: None,
-            hybrid: None,
-            observer,
-        };
+        let mut follower = Follower::<H, _>::new(self.oscillator, after, observer);
         for (segment, event) in std::mem::take(&mut self.passed) {
             follower.segment(segment);
             follower.event(event);
@@ -151,14 +143,7 @@ impl<'a> Replay<'a> {
     }
 
     fn follow<const H: usize>(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Stop {
-        let mut follower = Follower {
-            frame: Frame::<H>::of(&self.orbit.oscillator),
-            after,
-            open: None,
-            kept: None,
-            hybrid: None,
-            observer,
-        };
+        let mut follower = Follower::<H, _>::new(&self.orbit.oscillator, after, observer);
         let mut events = self.orbit.events.iter();
         for (index, segment) in self.orbit.segments.iter().enumerate() {
             if segment.clock.high > t_end {
@@ -205,7 +190,18 @@ struct Follower<'a, const H: usize, O> {
     observer: &'a mut O,
 }
 
-impl<const H: usize, O: Observer> Follower<'_, H, O> {
+impl<'a, const H: usize, O: Observer> Follower<'a, H, O> {
+    fn new(oscillator: &Oscillator, after: f64, observer: &'a mut O) -> Self {
+        Self {
+            frame: Frame::of(oscillator),
+            after,
+            open: None,
+            kept: None,
+            hybrid: None,
+            observer,
+        }
+    }
+
     /// The state that was reached, and that from which a motion that reached its end goes on.
     fn finish(&mut self, stop: &mut Stop, t_end: f64) -> Option<(Reached, (f64, f64))> {
         let segment = self.open.take()?;
@@ -311,14 +307,7 @@ impl<const H: usize> ClosedPhase<H> {
                 v: segment.v,
             }
         } else {
-            let piece = Piece {
-                offset: segment.offset,
-                slope: segment.slope,
-                low: 0.0,
-                high: f64::INFINITY,
-                branch: segment.branch,
-                reverses: false,
-            };
+            let piece = segment.piece();
             let known = kept.filter(|(response, _)| response.slope == segment.slope);
             let response = known.map_or_else(|| frame.response(segment.slope), |(response, _)| response);
             let forces = frame.forces(segment.clock);

@@ -14,7 +14,7 @@
 use super::table::Table;
 use super::{Adhesion, End, Friction, Hold, Memory, Piece, Point, StaticFriction};
 use crate::elementary::tan;
-use crate::error::Error;
+use crate::error::{Error, misshapen};
 use crate::parameters::{Limited, Parameters, parameters, words};
 
 words! {
@@ -175,32 +175,32 @@ impl BogaczRyczek {
     fn validate_branches(&self, top: f64) -> Result<(), Error> {
         let fallen = top - self.alpha.at(top);
         if fallen < 0.0 {
-            return Err(Error::Geometry {
-                what: "alpha must not exceed the break-away force: friction after it would be negative",
-                value: self.alpha.at(top),
-            });
+            return misshapen(
+                "alpha must not exceed the break-away force: friction after it would be negative",
+                self.alpha.at(top),
+            );
         }
         let beyond = self.corner([self.beta, fallen]);
         if beyond[0] <= self.beta {
-            return Err(Error::Geometry {
-                what: "the fall after break-away must end before the corner: beta must be smaller",
-                value: self.beta,
-            });
+            return misshapen(
+                "the fall after break-away must end before the corner: beta must be smaller",
+                self.beta,
+            );
         }
         let mut memory = Memory::default();
         self.remember([0.0, top], &mut memory);
         if memory.corner[0] <= 0.0 || !memory.corner[0].is_finite() {
-            return Err(Error::Geometry {
-                what: "the upper line from (0, f_s(0)) must meet the line l at w > 0",
-                value: memory.corner[0],
-            });
+            return misshapen(
+                "the upper line from (0, f_s(0)) must meet the line l at w > 0",
+                memory.corner[0],
+            );
         }
         let lower = self.lower(&memory).force(0.0);
         if lower > top {
-            return Err(Error::Geometry {
-                what: "the lower branch must lie below the upper one: move B down or l up; its force at w = 0 must not exceed f_s(0)",
-                value: lower,
-            });
+            return misshapen(
+                "the lower branch must lie below the upper one: move B down or l up; its force at w = 0 must not exceed f_s(0)",
+                lower,
+            );
         }
         Ok(())
     }
@@ -262,17 +262,14 @@ impl Friction for BogaczRyczek {
         self.within_limits()?;
         for (angle, low) in [(self.phi, -90.0), (self.psi, -90.0), (self.eta, 0.0)] {
             if angle <= low || angle >= 90.0 {
-                return Err(Error::Geometry {
-                    what: "the angles phi, psi must lie in (−90°, 90°) and eta in (0°, 90°)",
-                    value: angle,
-                });
+                return misshapen(
+                    "the angles phi, psi must lie in (−90°, 90°) and eta in (0°, 90°)",
+                    angle,
+                );
             }
         }
         if self.b[0] > 0.0 {
-            return Err(Error::Geometry {
-                what: "the pencil B of the lower lines must lie at w ≤ 0",
-                value: self.b[0],
-            });
+            return misshapen("the pencil B of the lower lines must lie at w ≤ 0", self.b[0]);
         }
         // At the force rate at which the static limit is largest; where it is less, the branches may cross near w = 0.
         self.validate_branches(self.static_friction.without_rest(0.0))

@@ -3,7 +3,7 @@
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece};
 use crate::elementary::exp;
-use crate::error::Error;
+use crate::error::{Error, misshapen};
 use crate::parameters::{Limited, parameters};
 use crate::series::{Grown, Series, exponential, product};
 
@@ -33,10 +33,10 @@ impl Friction for ExponentialStribeck {
         self.within_limits()?;
         at_least_kinetic(self.break_away, self.kinetic)?;
         if self.exponent != 1.0 && self.exponent != 2.0 {
-            return Err(Error::Geometry {
-                what: "exponent must be 1 or 2, as friction in between has no slope to start slip with",
-                value: self.exponent,
-            });
+            return misshapen(
+                "exponent must be 1 or 2, as friction in between has no slope to start slip with",
+                self.exponent,
+            );
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece, Point};
-use crate::error::{Error, wrong};
+use crate::error::{Error, misshapen, wrong};
 use crate::parameters::{Limited, parameters};
 use crate::series::{Grown, Series, ZERO, compose};
 
@@ -139,10 +139,7 @@ impl Friction for PiecewisePolynomial {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
         if !(2.0..=highest()).contains(&self.degree) || self.degree.fract() != 0.0 {
-            return Err(Error::Geometry {
-                what: "degree must be a whole number from 2 to 16",
-                value: self.degree,
-            });
+            return misshapen("degree must be a whole number from 2 to 16", self.degree);
         }
         let (n, count) = (self.order(), self.nodes.len());
         if count <= n || !(count - 1).is_multiple_of(n) {

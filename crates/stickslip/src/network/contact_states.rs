@@ -76,12 +76,7 @@ impl Loop<'_> {
             return 0.0;
         }
         let mut force_lines: Vec<ForceLine> = self.contacts.iter().map(Contact::force_line).collect();
-        force_lines[c] = ForceLine {
-            direction: 0.0,
-            offset: 0.0,
-            slope: 0.0,
-            still: false,
-        };
+        force_lines[c] = ForceLine::STUCK;
         let held = self.frame.held(
             (0..force_lines.len())
                 .filter(|&c| force_lines[c].holds())

@@ -3,9 +3,9 @@
 use super::{Loop, Orbit, Run, check, simulate_while};
 use crate::clock::Clock;
 use crate::error::{Error, wrong};
-use crate::event_sequence::EventSequence;
+use crate::event_sequence::{EventSequence, end_of_hold};
 use crate::flow::taylor::Frame;
-use crate::law::{End, Friction, Memory, Piece};
+use crate::law::{End, Friction};
 use crate::mode::Kind;
 use crate::simulate::Stop;
 use crate::system::System;
@@ -106,23 +106,8 @@ pub fn resume(
         .collect();
     for (c, contact) in motion.contacts.iter_mut().enumerate() {
         let at = layout.contact(c);
-        let number = |i: usize| state.numbers[at + i];
-        let flags = state.flags[c];
-        contact.piece = Piece {
-            offset: number(0),
-            slope: number(1),
-            low: number(2),
-            high: number(3),
-            branch: flags.branch,
-            reverses: flags.reverses,
-        };
-        contact.memory = Memory {
-            anchor: [number(4), number(5)],
-            corner: [number(6), number(7)],
-            released_at: flags.released.then_some(number(8)),
-            ..Memory::default()
-        };
-        contact.since = motion.clock.after(-number(CONTACT - 1));
+        (contact.piece, contact.memory) = state.contact(at, c);
+        contact.since = motion.clock.after(-state.numbers[at + CONTACT - 1]);
         // The expansion forgets it where the slip speed has a slope.
         contact.at_reversal = true;
         match contact_states[c] {
@@ -223,14 +208,7 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
             (Kind::Release, _) => Ending::Release,
             (Kind::Reversal, ContactState::Hold(direction)) => {
                 let u = orbit.states(&[from]).w[c].abs();
-                let [low, high] = orbit.system.contacts[c]
-                    .law
-                    .toward(direction)
-                    .branches(u)
-                    .unwrap_or([f64::NAN; 2]);
-                let force = direction * main.force;
-                let upper = (force - high).abs() < (force - low).abs();
-                Ending::Line(if upper { End::High } else { End::Low })
+                end_of_hold(&orbit.system.contacts[c].law, direction, u, main.force)
             }
             (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Reversal {
                 rising: !rows.grows(c, from, t),

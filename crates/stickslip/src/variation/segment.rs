@@ -1,5 +1,7 @@
 //! The derivative of a segment: the motion between two events with the derivatives of its numbers, by Taylor steps.
 
+mod numbers;
+
 use std::cell::{OnceCell, RefCell};
 
 use super::closed::{Closed, Moved};
@@ -7,10 +9,10 @@ use super::state::{ContactState, Layout, Moving};
 use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
 use crate::dual::Dual;
-use crate::flow::taylor::tangent::{ABREAST, Given, Lanes, Linear, Tangent, Wide, stiffening, wide_at};
-use crate::flow::taylor::{Coefficients, ForceLine, Frame, Held, Motion};
+use crate::flow::taylor::tangent::{ABREAST, Given, Lanes, Linear, Tangent, stiffening};
+use crate::flow::taylor::{ForceLine, Frame, Held, Motion};
 use crate::law::Law;
-use crate::series::{Series, ZERO, derivative, slope_at};
+use crate::series::{Series, ZERO};
 use crate::system::System;
 
 /// A phase of more steps has run away from the motion it was taken from, to where its law grows without bound.
@@ -84,27 +86,17 @@ pub(super) fn force_lines(
     contact_states: &[ContactState],
     line: impl Fn(usize) -> [f64; 2],
 ) -> Vec<ForceLine> {
-    let force_line = |(c, contact_state): (usize, &ContactState)| match *contact_state {
-        ContactState::Stick => ForceLine {
-            direction: 0.0,
-            offset: 0.0,
-            slope: 0.0,
-            still: false,
-        },
-        ContactState::Hold(direction) => ForceLine {
+    let force_line = |(c, contact_state): (usize, &ContactState)| {
+        let (direction, [offset, slope]) = match *contact_state {
+            ContactState::Stick => return ForceLine::STUCK,
+            ContactState::Hold(direction) => (direction, [0.0, f64::INFINITY]),
+            ContactState::Slip(direction) => (direction, line(c)),
+        };
+        ForceLine {
             direction,
-            offset: 0.0,
-            slope: f64::INFINITY,
+            offset,
+            slope,
             still: false,
-        },
-        ContactState::Slip(direction) => {
-            let [offset, slope] = line(c);
-            ForceLine {
-                direction,
-                offset,
-                slope,
-                still: false,
-            }
         }
     };
     contact_states.iter().enumerate().map(force_line).collect()
@@ -558,102 +550,6 @@ impl Expansion {
             begin: 0.0,
             h: 0.0,
             reach: 0.0,
-        }
-    }
-
-    /// The derivative of a coefficient at the start of the expansion.
-    fn coefficient(
-        &self,
-        k: usize,
-        c: usize,
-        of: impl Fn(&Motion) -> &Coefficients,
-        along: impl Fn(&Tangent) -> &Wide,
-    ) -> Dual {
-        self.gather(of(&self.motion).of(k)[c], |tangent| along(tangent)[k])
-    }
-
-    /// A number and its rates along the lanes that move.
-    fn gather(&self, value: f64, along: impl Fn(&Tangent) -> Lanes) -> Dual {
-        let mut number = Dual::fixed(value, self.lanes);
-        for (tangent, moving) in self.tangents.iter().zip(self.moving.chunks(ABREAST)) {
-            for (&lane, rate) in moving.iter().zip(along(tangent)) {
-                number.rates[lane] = rate;
-            }
-        }
-        number
-    }
-
-    fn number(&self, of: &Series, along: impl Fn(&Tangent) -> &Wide) -> Dual {
-        let (value, slope) = if self.h == 0.0 {
-            (of[0], of[1])
-        } else {
-            slope_at(of, self.h)
-        };
-        let mut number = self.gather(value, |tangent| wide_at(along(tangent), self.h)[0]);
-        number.rates[self.lanes - 1] += slope;
-        number
-    }
-
-    fn rate(&self, of: &Series, along: impl Fn(&Tangent) -> &Wide) -> Dual {
-        let (value, slope) = if self.h == 0.0 {
-            (of[1], 2.0 * of[2])
-        } else {
-            slope_at(&derivative(of), self.h)
-        };
-        let mut number = self.gather(value, |tangent| wide_at(along(tangent), self.h)[1]);
-        number.rates[self.lanes - 1] += slope;
-        number
-    }
-
-    /// Position of a mass.
-    pub(super) fn x(&self, mass: usize) -> Dual {
-        match &self.leapt {
-            Some(moved) => moved.x.clone(),
-            None => self.number(&self.motion.x.series(mass), |tangent| &tangent.x[mass]),
-        }
-    }
-
-    /// Velocity of a mass.
-    pub(super) fn v(&self, mass: usize) -> Dual {
-        match &self.leapt {
-            Some(moved) => moved.v.clone(),
-            None => self.number(&self.motion.v.series(mass), |tangent| &tangent.v[mass]),
-        }
-    }
-
-    /// Slip speed of a contact.
-    pub(super) fn u(&self, contact: usize) -> Dual {
-        match &self.leapt {
-            Some(moved) => moved.slip[0].clone(),
-            None => self.number(&self.motion.u.series(contact), |tangent| &tangent.u[contact]),
-        }
-    }
-
-    /// Its rate.
-    pub(super) fn slip_acceleration(&self, contact: usize) -> Dual {
-        match &self.leapt {
-            Some(moved) => moved.slip[1].clone(),
-            None => self.rate(&self.motion.u.series(contact), |tangent| &tangent.u[contact]),
-        }
-    }
-
-    /// Friction force of a contact.
-    pub(super) fn force(&self, contact: usize) -> Dual {
-        match &self.leapt {
-            Some(moved) => moved.force[0].clone(),
-            None => self.number(&self.motion.force.series(contact), |tangent| {
-                &tangent.force[contact]
-            }),
-        }
-    }
-
-    /// Its rate.
-    pub(super) fn force_rate(&self, contact: usize) -> Dual {
-        match &self.leapt {
-            Some(moved) => moved.force[1].clone(),
-            None => self.rate(&self.motion.force.series(contact), |tangent| {
-                &tangent.force[contact]
-            }),
         }
     }
 }

@@ -163,6 +163,26 @@ pub(super) struct Moving {
 }
 
 impl State {
+    /// The line of friction and the memory of contact `c`, whose numbers begin at `at`: what [`contact_of`] took.
+    pub(crate) fn contact(&self, at: usize, c: usize) -> (Piece, Memory) {
+        let (number, flags) = (|i: usize| self.numbers[at + i], self.flags[c]);
+        let piece = Piece {
+            offset: number(0),
+            slope: number(1),
+            low: number(LOW),
+            high: number(HIGH),
+            branch: flags.branch,
+            reverses: flags.reverses,
+        };
+        let memory = Memory {
+            anchor: [number(4), number(5)],
+            corner: [number(6), number(7)],
+            released_at: flags.released.then_some(number(8)),
+            ..Memory::default()
+        };
+        (piece, memory)
+    }
+
     /// Without derivatives, but for room of `lanes`.
     pub(super) fn still(&self, lanes: usize) -> Moving {
         Moving {
