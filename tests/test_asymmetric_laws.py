@@ -224,6 +224,14 @@ def test_they_are_data():
     assert ss.Oscillator.from_toml(system.to_toml()) == system
 
 
+def test_parts_of_one_break_away_force_go_together_where_their_sums_round_apart():
+    # 0.08 + (0.23 - 0.08) is more than 0.23 by a rounding.
+    curve = ExponentialStribeck(0.23, 0.08, 0.1)
+    law = Combined(DwellTime(0.23, 0.1, 0.4), curve)
+    assert curve.kinetic_force(0.0) > law.break_away_force()
+    assert ss.simulate(ss.Oscillator(0.05, 0.1, law), 60.0).regime() == "stick_slip"
+
+
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [

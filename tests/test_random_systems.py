@@ -277,8 +277,9 @@ def check_guards(orbit, times):
         bears = np.atleast_1d(law.break_away_force(rested[sticks], 1e-300 * force[sticks, c]))
         assert (np.abs(force[sticks, c]) - bears).max(initial=-1.0) <= 1e-9, (orbit.system, c)
         release = mine[mine["kind"] == "release"]
+        rates = np.maximum(np.abs(release["force_rate"].to_numpy()), 1e-300)
         reaches = law.break_away_force(
-            release["stick_time"].to_numpy(), np.copysign(release["force_rate"].to_numpy(), release["force"].to_numpy())
+            release["stick_time"].to_numpy(), np.copysign(rates, release["force"].to_numpy())
         )
         assert np.abs(np.abs(release["force"]) - reaches).max() <= 1e-9 if len(release) else True
         # Slip produces what the law says at this slip speed.

@@ -23,7 +23,6 @@ __all__ = [
     "__version__",
     "batch",
     "blurred",
-    "chaos",
     "displacement_errors",
     "event_sequence",
     "event_sequence_from",
@@ -199,7 +198,6 @@ def displacement_errors(
 ) -> _Floats: ...
 def without(motions: _Floats, residual: _Floats, prior: list[float], lengths: tuple[int, ...]) -> _Floats: ...
 def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
-def chaos(series: _Floats) -> float: ...
 def section(
     system: System,
     surface: str,

@@ -112,7 +112,6 @@ impl Width {
     pub const ALL: [Self; 4] = [Self::Avx512, Self::Avx2, Self::Two, Self::One];
 
     /// Whether this processor has it.
-    #[must_use]
     pub fn available(self) -> bool {
         match self {
             Self::One | Self::Two => true,

@@ -70,7 +70,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(watch::halted, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
     module.add_function(wrap_pyfunction!(regime, module)?)?;
-    module.add_function(wrap_pyfunction!(samples::chaos, module)?)?;
     module.add_function(wrap_pyfunction!(section::section, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
     module.add_class::<system::System>()?;

@@ -5,7 +5,6 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip::engine::{self, Reached};
-use stickslip::zero_one;
 
 use crate::section::{Points, section_of};
 use crate::sweep::steady_of;
@@ -78,10 +77,4 @@ impl Samples {
             end: Reached::default(),
         }
     }
-}
-
-/// The growth rate of the 0–1 test for chaos.
-#[pyfunction]
-pub(crate) fn chaos(series: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
-    Ok(zero_one::growth(series.as_slice()?))
 }

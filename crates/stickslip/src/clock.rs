@@ -26,7 +26,6 @@ impl Clock {
     }
 
     /// `t` minus this time.
-    #[must_use]
     pub fn until(self, t: f64) -> f64 {
         (t - self.high) - self.low
     }

@@ -27,7 +27,6 @@ impl DisplacementError {
     ///
     /// # Panics
     /// Where a column is shorter than the stretches.
-    #[must_use]
     pub fn errors(
         &self,
         difference: &[f64],
@@ -71,7 +70,6 @@ impl DisplacementError {
 ///
 /// # Panics
 /// Where a column is shorter than the stretches.
-#[must_use]
 pub fn without(motions: &[&[f64]], residual: &[f64], prior: &[f64], lengths: &[usize]) -> Vec<f64> {
     let bounded: Vec<usize> = (0..motions.len())
         .filter(|&number| prior[number].is_finite())

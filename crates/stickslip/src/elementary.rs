@@ -150,7 +150,6 @@ fn remainder(bits: u64, n: usize) -> usize {
 
 /// eˣ.
 #[inline]
-#[must_use]
 pub fn exp(x: f64) -> f64 {
     if x.abs() < 700.0 {
         let (bits, r) = reduce(x, STEPS as f64 / LN_2.0, &LOG);
@@ -173,7 +172,6 @@ pub fn exp(x: f64) -> f64 {
 
 /// eˣ − 1 without cancellation.
 #[inline]
-#[must_use]
 pub fn exp_m1(x: f64) -> f64 {
     if x.abs() < 0.25 {
         let mut total = 0.0;
@@ -198,7 +196,6 @@ const ODD: [f64; 11] = {
 };
 
 /// ln x for x > 0, to about an ulp of the larger of it and one.
-#[must_use]
 pub fn ln(x: f64) -> f64 {
     if !(f64::MIN_POSITIVE..f64::INFINITY).contains(&x) {
         return libm::log(x);
@@ -221,7 +218,6 @@ pub fn ln(x: f64) -> f64 {
 
 /// x^n for x ≥ 0; a whole n up to 64 by multiplications alone.
 #[inline]
-#[must_use]
 pub fn power(x: f64, n: f64) -> f64 {
     #[expect(
         clippy::cast_possible_truncation,
@@ -245,7 +241,6 @@ pub fn power(x: f64, n: f64) -> f64 {
 
 /// sin x and cos x.
 #[inline]
-#[must_use]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     if x.abs() < 40_000.0 {
         let (bits, r) = reduce(x, STEPS as f64 / PI.0, &ARCTANGENT);
@@ -281,7 +276,6 @@ pub(crate) fn angle(x: f64, y: f64) -> f64 {
 
 /// x + low less the whole turns in it, in about (−π, π]; good to an ulp of π for any number of turns below 2⁵⁰.
 #[inline]
-#[must_use]
 pub(crate) fn whole_turns_less(x: f64, low: f64) -> f64 {
     let turns = (x * (0.5 / PI.0) + ROUND) - ROUND;
     let (back, lost) = product(turns, 2.0 * PI.0);

@@ -31,7 +31,6 @@ impl HybridState {
     }
 
     /// Mode and memory as numbers, to be kept in a table; what there is none of is not a number.
-    #[must_use]
     pub fn numbers(&self) -> [f64; Self::NUMBERS] {
         let memory = &self.memory;
         let mut numbers = [f64::NAN; Self::NUMBERS];
@@ -138,7 +137,6 @@ impl Restart {
     pub const NUMBERS: usize = HybridState::NUMBERS + 3;
 
     /// As numbers, to be kept in a table.
-    #[must_use]
     pub fn numbers(&self) -> [f64; Self::NUMBERS] {
         let mut numbers = [self.x; Self::NUMBERS];
         numbers[1..3].copy_from_slice(&[self.w, self.stuck_for]);
@@ -147,7 +145,6 @@ impl Restart {
     }
 
     /// What [`Restart::numbers`] gave.
-    #[must_use]
     pub fn read(numbers: &[f64]) -> Option<Self> {
         let (&[x, w, stuck_for], hybrid) = numbers.split_first_chunk()?;
         let hybrid = HybridState::read(hybrid, Clock::default())?;

@@ -228,7 +228,6 @@ impl Integration {
     }
 
     /// What moved.
-    #[must_use]
     pub fn system(&self) -> &StateSystem {
         &self.system
     }
@@ -237,25 +236,21 @@ impl Integration {
     ///
     /// # Panics
     /// Never: the start is a step.
-    #[must_use]
     pub fn t_last(&self) -> f64 {
         *self.t.last().expect("the start")
     }
 
     /// The times of the steps that are kept.
-    #[must_use]
     pub fn times(&self) -> &[f64] {
         &self.t
     }
 
     /// The variables at the end.
-    #[must_use]
     pub fn last(&self) -> Vec<f64> {
         self.system.natural(&self.y[self.y.len() - self.system.width()..])
     }
 
     /// The variables at a time, those of the nearest end outside of what is known.
-    #[must_use]
     pub fn variables(&self, t: f64) -> Vec<f64> {
         let width = self.system.width();
         let row = |values: &[f64], i: usize| values[i * width..][..width].to_vec();

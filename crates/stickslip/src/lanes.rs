@@ -72,7 +72,6 @@ pub struct Tally {
 }
 
 /// Whether motions of an oscillator go in lanes.
-#[must_use]
 pub fn fits(oscillator: &Oscillator) -> bool {
     Constants::of(oscillator).is_some()
 }

@@ -127,7 +127,6 @@ impl Piece {
     }
 
     /// Friction force at slip speed `u`.
-    #[must_use]
     pub fn force(&self, u: f64) -> f64 {
         self.offset + self.slope * u
     }
@@ -299,7 +298,6 @@ macro_rules! laws {
 
         impl Law {
             /// What is known of each law.
-            #[must_use]
             pub fn facts() -> Vec<Facts> { vec![$(Facts::of(stringify!($name), $name::smooth)),+] }
         }
 

@@ -65,7 +65,6 @@ named! {
 }
 
 /// The mode in which a motion from (x, v) starts, given the `holding` force of adhesion there and its rate.
-#[must_use]
 pub fn first<const H: usize>(
     frame: &Frame<H>,
     law: &Law,
@@ -100,7 +99,6 @@ pub fn first<const H: usize>(
 }
 
 /// The mode at zero slip velocity: adhesion if it can bear the holding force, else slip towards it.
-#[must_use]
 pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode {
     let static_limit = law.toward(holding).break_away(Hold::new(0.0, rate.abs()));
     if holding.abs() <= static_limit {
@@ -111,7 +109,6 @@ pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode 
 }
 
 /// Slip that starts at zero speed under the `pull` that adhesion, broken at the size `force`, could not bear.
-#[must_use]
 pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> Mode {
     let piece = law.toward(pull).leave(force, memory);
     let start = if piece.force(0.0) >= pull.abs() {
@@ -127,7 +124,6 @@ pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> 
 }
 
 /// The mode after `piece` ended by `end` away from zero speed.
-#[must_use]
 pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Mode {
     let law = law.toward(direction);
     let branches = apart(law, u);
@@ -157,7 +153,6 @@ pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory:
 }
 
 /// The mode after friction between the branches left them over `end`.
-#[must_use]
 pub fn after_hold(law: &Law, direction: f64, u: f64, end: End, memory: &mut Memory) -> Mode {
     let balance = if end == End::High {
         f64::INFINITY

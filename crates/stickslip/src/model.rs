@@ -77,7 +77,6 @@ impl Model {
     }
 
     /// How many masses there are.
-    #[must_use]
     pub fn masses(&self) -> usize {
         match self {
             Self::Closed(_) => 1,
@@ -86,7 +85,6 @@ impl Model {
     }
 
     /// How many contacts there are.
-    #[must_use]
     pub fn contacts(&self) -> usize {
         match self {
             Self::Closed(_) => 1,
@@ -95,7 +93,6 @@ impl Model {
     }
 
     /// The frequency of the first force that varies or, without one, of the first harmonic of a drive.
-    #[must_use]
     pub fn forcing_frequency(&self) -> Option<f64> {
         match self {
             Self::Closed(oscillator) => {
@@ -106,14 +103,12 @@ impl Model {
     }
 
     /// The period of the first forcing, or the natural period: of several masses that of the highest frequency.
-    #[must_use]
     pub fn period(&self) -> f64 {
         self.forcing_frequency()
             .map_or_else(|| self.natural_period(), |frequency| TAU / frequency)
     }
 
     /// The natural period: of several masses that of the highest frequency.
-    #[must_use]
     pub fn natural_period(&self) -> f64 {
         match self {
             Self::Closed(oscillator) => TAU * (oscillator.mass / oscillator.stiffness).sqrt(),
@@ -185,7 +180,6 @@ pub enum Orbit {
 
 impl Orbit {
     /// The events, in time.
-    #[must_use]
     pub fn events(&self) -> &[orbit::Event] {
         match self {
             Self::Closed(orbit) => &orbit.events,
@@ -194,7 +188,6 @@ impl Orbit {
     }
 
     /// Why it ended.
-    #[must_use]
     pub fn stop(&self) -> Stop {
         match self {
             Self::Closed(orbit) => orbit.stop,
@@ -203,7 +196,6 @@ impl Orbit {
     }
 
     /// What it cost.
-    #[must_use]
     pub fn work(&self) -> Work {
         match self {
             Self::Closed(orbit) => orbit.work,
@@ -212,7 +204,6 @@ impl Orbit {
     }
 
     /// The time up to which it is known.
-    #[must_use]
     pub fn t_last(&self) -> f64 {
         match self {
             Self::Closed(orbit) => orbit.t_last(),
@@ -221,7 +212,6 @@ impl Orbit {
     }
 
     /// From where and how long.
-    #[must_use]
     pub fn run(&self) -> network::Run {
         match self {
             Self::Closed(orbit) => network::Run {
@@ -235,7 +225,6 @@ impl Orbit {
     }
 
     /// The states at `times`, in any order.
-    #[must_use]
     pub fn states(&self, times: &[f64]) -> network::States {
         match self {
             Self::Closed(orbit) => {
@@ -315,7 +304,6 @@ impl<L> System<L> {
     ///
     /// # Panics
     /// Never for a validated system.
-    #[must_use]
     pub fn natural_frequency(&self) -> f64 {
         let inverse = Matrix::from_rows(&self.mass)
             .inverse()

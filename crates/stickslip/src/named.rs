@@ -13,7 +13,6 @@ macro_rules! named {
             pub const ALL: [Self; [$($name),+].len()] = [$(Self::$value),+];
 
             /// Its name.
-            #[must_use]
             pub fn name(self) -> &'static str {
                 match self { $(Self::$value => $name),+ }
             }

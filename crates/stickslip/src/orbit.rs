@@ -33,7 +33,6 @@ pub struct Event {
 
 impl Event {
     /// The state there. The slip velocity is known where it is zero.
-    #[must_use]
     pub fn point(&self) -> Point {
         let zero = matches!(self.kind, Kind::Release | Kind::Capture | Kind::Crossing);
         Point {
@@ -264,7 +263,6 @@ impl Orbit {
     }
 
     /// How the motion goes on, if it reached its end.
-    #[must_use]
     pub fn restart(&self) -> Option<Restart> {
         let hybrid = **self.end.as_ref().filter(|_| self.stop == Stop::End)?;
         let (last, segment) = (*self.states(&[self.run.t_end]).first()?, self.segments.last()?);
@@ -282,7 +280,6 @@ impl Orbit {
     }
 
     /// The time up to which the orbit is known: t_end, or where the run stopped before.
-    #[must_use]
     pub fn t_last(&self) -> f64 {
         if self.stop == Stop::End {
             return self.run.t_end;
@@ -293,7 +290,6 @@ impl Orbit {
     }
 
     /// The states at `times`, in any order.
-    #[must_use]
     pub fn states(&self, times: &[f64]) -> Vec<State> {
         let mut states = Vec::with_capacity(times.len());
         self.each_state(times, |state| states.push(state));

@@ -123,7 +123,6 @@ impl<L> Oscillator<L> {
 
 impl Oscillator {
     /// Whether its motion on a constant drive is in closed form: a law of linear pieces away from undamped resonance.
-    #[must_use]
     pub fn closed(&self) -> bool {
         !self.law.smooth() && !self.resonates()
     }
@@ -131,7 +130,6 @@ impl Oscillator {
     /// Whether a harmonic meets, or under a law whose slopes come from the motion may meet, so faint a damping on a piece of its
     /// law that the closed form, which holds the response of all times, would lose digits: such a motion belongs on a Taylor
     /// series.
-    #[must_use]
     pub fn resonates(&self) -> bool {
         let met = |slope: f64| {
             self.forcing

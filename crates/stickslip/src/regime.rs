@@ -27,13 +27,11 @@ pub const STEADY: f64 = 2e-3;
 
 impl Regime {
     /// Whether the slip velocity is constant, or the contact sticks.
-    #[must_use]
     pub fn rests(self) -> bool {
         matches!(self, Self::StableSlip | Self::AtRest)
     }
 
     /// From the share of the time in which the mass sticks, whether adhesion ever held or broke, and the extremes of w.
-    #[must_use]
     pub fn of(stuck_share: f64, sticks: bool, [w_min, w_max]: [f64; 2]) -> Self {
         if stuck_share >= 1.0 {
             Self::AtRest

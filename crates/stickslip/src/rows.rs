@@ -18,19 +18,16 @@ pub struct Rows {
 
 impl Rows {
     /// How many runs there are.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.values.len() / self.names.len().max(1)
     }
 
     /// Whether there is none.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// The values of a row.
-    #[must_use]
     pub fn row(&self, index: usize) -> &[f64] {
         &self.values[index * self.names.len()..][..self.names.len()]
     }

@@ -151,7 +151,6 @@ pub struct Cut {
 
 impl Cut {
     /// Of all crossings (`direction` 0), those where the left side rises (1) or falls (−1).
-    #[must_use]
     pub fn new(normal: [f64; 4], level: f64, direction: i8) -> Self {
         Self {
             normal,

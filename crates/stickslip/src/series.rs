@@ -80,14 +80,12 @@ fn convolve(a: &Series, b: &Series, from: usize, k: usize) -> f64 {
 
 /// Coefficient k of a · b.
 #[inline]
-#[must_use]
 pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
     convolve(a, b, 0, k)
 }
 
 /// Coefficient k of r = 1/(1 + rate · u), from u up to k and r below k.
 #[inline]
-#[must_use]
 pub fn reciprocal(rate: f64, u: &Series, r: &Series, k: usize) -> f64 {
     if k == 0 {
         1.0 / (1.0 + rate * u[0])
@@ -99,7 +97,6 @@ pub fn reciprocal(rate: f64, u: &Series, r: &Series, k: usize) -> f64 {
 /// Coefficient k of e = exp(rate · u), from e below k and the `weighted` coefficients j · rate · u_j up to k, of which the
 /// last is written here.
 #[inline]
-#[must_use]
 pub fn exponential(rate: f64, u: &Series, weighted: &mut Series, e: &Series, k: usize) -> f64 {
     if k == 0 {
         return exp(rate * u[0]);
@@ -111,7 +108,6 @@ pub fn exponential(rate: f64, u: &Series, weighted: &mut Series, e: &Series, k: 
 /// Coefficient k ≥ 1 of p(u), by the stages of Horner's rule around u_0: stage j is p_j + (u − u_0) · stage j + 1. They begin
 /// with the coefficients of p in powers of u − u_0, the last of them is no more than that.
 #[inline]
-#[must_use]
 pub fn compose(u: &Series, stages: &mut [Series], k: usize) -> f64 {
     for j in (0..k.min(stages.len() - 1)).rev() {
         stages[j][k - j] = convolve(u, &stages[j + 1], 1, k - j);
@@ -121,21 +117,18 @@ pub fn compose(u: &Series, stages: &mut [Series], k: usize) -> f64 {
 
 /// The polynomial at `h`.
 #[inline]
-#[must_use]
 pub fn at(series: &Series, h: f64) -> f64 {
     series.iter().rev().fold(0.0, |sum, term| sum * h + term)
 }
 
 /// By how much the polynomial is more at `h` than at 0.
 #[inline]
-#[must_use]
 pub fn gain(series: &Series, h: f64) -> f64 {
     h * series[1..].iter().rev().fold(0.0, |sum, term| sum * h + term)
 }
 
 /// The polynomial and its derivative at `h`.
 #[inline]
-#[must_use]
 pub fn slope_at(series: &Series, h: f64) -> (f64, f64) {
     let (mut value, mut slope) = (series[ORDER], 0.0);
     for k in (0..ORDER).rev() {
@@ -146,7 +139,6 @@ pub fn slope_at(series: &Series, h: f64) -> (f64, f64) {
 }
 
 /// The derivative as a series.
-#[must_use]
 pub fn derivative(series: &Series) -> Series {
     let mut result = ZERO;
     for k in 0..ORDER {
@@ -156,7 +148,6 @@ pub fn derivative(series: &Series) -> Series {
 }
 
 /// A bound of the second derivative for 0 ≤ h ≤ `reach`.
-#[must_use]
 pub fn curvature_bound(series: &Series, reach: f64) -> f64 {
     (2..=ORDER)
         .rev()
@@ -173,7 +164,6 @@ pub(crate) fn swing_bound(series: &Series, reach: f64) -> f64 {
 }
 
 /// The positive root of margin + rate τ − curvature τ²/2, in the form that does not cancel; none is infinite.
-#[must_use]
 pub fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
     let root = (rate * rate + 2.0 * curvature * margin).sqrt();
     if rate < 0.0 {
@@ -223,7 +213,6 @@ const MORE: f64 = 8.0;
 /// slope is zero by what is known of the mode; then both are. The march advances by the largest step in which a bound of
 /// the curvature excludes a root, so none is jumped over; it closes in on the first one from below, quadratically. A touch,
 /// where the guard turns back within `rounding` of zero, is no root: it is told to `grazes`.
-#[must_use]
 pub fn first_root(
     guard: &Series,
     rounding: f64,

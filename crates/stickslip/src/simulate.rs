@@ -37,7 +37,6 @@ named! {
 
 impl Stop {
     /// What it means and what to do about it.
-    #[must_use]
     pub fn sentence(self) -> &'static str {
         match self {
             Self::End => "the run reached t_end",

@@ -133,7 +133,6 @@ macro_rules! laws {
             pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),+];
 
             /// What is known of each of them.
-            #[must_use]
             pub fn facts() -> Vec<Facts> { vec![$(Facts::of(stringify!($name), |_: &$name| true)),+] }
         }
 

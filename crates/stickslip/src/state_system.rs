@@ -89,19 +89,16 @@ impl StateSystem {
     }
 
     /// The number of masses.
-    #[must_use]
     pub fn masses(&self) -> usize {
         self.links.len()
     }
 
     /// The number of variables.
-    #[must_use]
     pub fn width(&self) -> usize {
         2 * self.masses() + self.states
     }
 
     /// The variables x and q at t = 0, and the slip velocities there; where no velocity is given, that of the drives.
-    #[must_use]
     pub fn start(&self, x: &[f64], v: Option<Vec<f64>>) -> (Vec<f64>, Vec<f64>) {
         let v = v.unwrap_or_else(|| self.system.driven_velocities());
         let drives = self.drives(0.0);
@@ -116,14 +113,12 @@ impl StateSystem {
     }
 
     /// Whether an integration is in other variables: [`StateSystem::regular`].
-    #[must_use]
     pub fn is_steep(&self) -> bool {
         !self.steep.is_empty()
     }
 
     /// The variables in which rest is no steep place: y with u(w, z) of the law in place of each slip velocity w that is one
     /// of its variables, where the law is steep at rest.
-    #[must_use]
     pub fn regular(&self, y: Vec<f64>) -> Vec<f64> {
         let mut regular = y;
         for Steep { contact, slip, state } in &self.steep {
@@ -134,7 +129,6 @@ impl StateSystem {
     }
 
     /// The variables y from those of [`StateSystem::regular`].
-    #[must_use]
     pub fn natural(&self, regular: &[f64]) -> Vec<f64> {
         let mut y = regular.to_vec();
         let mut rates = vec![0.0; self.states];
@@ -150,7 +144,6 @@ impl StateSystem {
     /// From slip to rest u goes through all its values while w falls by next to nothing, in less time than a clock can tell.
     /// Within `least` of rest du/dw is held at 1/`least`: a velocity is wrong by some `least` once it has come to rest, and
     /// u, w and friction at rest, where they follow the load, are not.
-    #[must_use]
     pub fn regular_rates(&self, t: f64, regular: &[f64], least: f64) -> Vec<f64> {
         if !self.is_steep() {
             return self.rates(t, regular);
@@ -168,7 +161,6 @@ impl StateSystem {
 
     /// What counts as small in the variables of [`StateSystem::regular`], and which part of each variable does besides it:
     /// 1 or, of a variable that is a logarithm, none.
-    #[must_use]
     pub fn regular_scales(&self, y: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (mut scales, mut shares) = (self.scales(y), vec![1.0; y.len()]);
         for Steep { slip, .. } in &self.steep {
@@ -178,7 +170,6 @@ impl StateSystem {
     }
 
     /// The time derivative of the variables `y`.
-    #[must_use]
     pub fn rates(&self, t: f64, y: &[f64]) -> Vec<f64> {
         self.rates_of(&self.motion(t, y))
     }
@@ -200,7 +191,6 @@ impl StateSystem {
 
     /// ∂/∂y of the time derivative of the variables `y` of [`StateSystem::regular`], row after row, and ∂/∂t of it, by
     /// differences; `slope` is the time derivative itself, and `least` as there.
-    #[must_use]
     pub fn jacobian(
         &self,
         t: f64,
@@ -231,7 +221,6 @@ impl StateSystem {
     }
 
     /// What counts as small in each variable, from a start: that of a motion as fast as the drives, at the natural frequency.
-    #[must_use]
     pub fn scales(&self, y: &[f64]) -> Vec<f64> {
         let n = self.masses();
         let frequency = self.system.natural_frequency();
@@ -254,7 +243,6 @@ impl StateSystem {
 
     /// The variables of a motion from positions and velocities, as [`StateSystem::start`] takes them; states are those of
     /// steady slip, or of a contact that was never loaded.
-    #[must_use]
     pub fn variables(&self, x: &[f64], v: Option<Vec<f64>>) -> Vec<f64> {
         let (mut y, w) = self.start(x, v);
         let mut states = vec![0.0; self.states];
@@ -277,32 +265,27 @@ impl StateSystem {
     }
 
     /// The number of contacts.
-    #[must_use]
     pub fn contacts(&self) -> usize {
         self.system.contacts.len()
     }
 
     /// The mass of a contact.
-    #[must_use]
     pub fn mass_of(&self, contact: usize) -> usize {
         self.system.contacts[contact].mass
     }
 
     /// The period of the first forcing, or the natural period.
-    #[must_use]
     pub fn period(&self) -> f64 {
         let frequency = self.system.forcing_frequency();
         TAU / frequency.unwrap_or_else(|| self.system.natural_frequency())
     }
 
     /// The stroboscopic section where there is forcing, else the maxima of x.
-    #[must_use]
     pub fn usual_surface(&self) -> Surface {
         Surface::of_forcing(self.system.forcing_frequency())
     }
 
     /// What follows from the variables `y` at `t`.
-    #[must_use]
     pub fn motion(&self, t: f64, y: &[f64]) -> Motion {
         self.motion_on(&self.drives(t), t, y, None)
     }

@@ -71,7 +71,6 @@ pub struct Force {
 
 impl Force {
     /// Without its mass.
-    #[must_use]
     pub fn harmonic(&self) -> Harmonic {
         Harmonic::new(self.amplitude, self.frequency, self.phase)
     }
@@ -159,7 +158,6 @@ impl<L: Checked + DeserializeOwned> System<L> {
     }
 
     /// The number of masses.
-    #[must_use]
     pub fn masses(&self) -> usize {
         self.mass.len()
     }
@@ -250,7 +248,6 @@ impl<L: Checked + DeserializeOwned> System<L> {
     }
 
     /// Where every mass starts unless asked otherwise: moving with the drive it touches, itself or through other masses.
-    #[must_use]
     pub fn driven_velocities(&self) -> Vec<f64> {
         let mut velocity = vec![None; self.masses()];
         let mut series = crate::series::ZERO;

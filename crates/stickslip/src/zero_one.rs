@@ -11,7 +11,6 @@ use crate::elementary::sin_cos;
 const ANGLES: u32 = 64;
 
 /// The median growth rate K of a series; not a number for fewer than 100 values, or a constant.
-#[must_use]
 pub fn growth(series: &[f64]) -> f64 {
     let count = series.len();
     let lags = count / 10;

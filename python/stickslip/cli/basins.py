@@ -10,7 +10,6 @@ from stickslip.cli.terminal import Bar, Commands, save_figure, say, say_json, sa
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("basins", help="which steady motion is reached from each start")
     # A range may begin with a minus; argparse knows only plain numbers that do.
     command._negative_number_matcher = re.compile(r"-[\d.]")
@@ -25,7 +24,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from stickslip.dynamics import basins
     from stickslip.model.system import load_system
 

@@ -8,7 +8,6 @@ from stickslip.cli.terminal import Commands, say
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("completion", help="print a script that completes commands and options in a shell")
     command.add_argument("shell", choices=("bash", "zsh", "fish"), help="which shell")
     command.set_defaults(run=lambda options: say(script(options.shell, commands.choices)))

@@ -17,7 +17,6 @@ _WHY = {"point": "the cycle shrinks to a point", "lost": "no orbit is found beyo
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("continue", help="branches of steady slip and cycles over a parameter")
     command.add_argument("system", metavar="SYSTEM.toml")
     command.add_argument("--over", required=True, metavar="NAME=LO:HI", help="the parameter and its bounds")
@@ -60,7 +59,6 @@ def parse_range(option: str, text: str) -> tuple[str, tuple[float, float]]:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from dataclasses import replace
 
     from stickslip.dynamics.continuation.branches import continuation

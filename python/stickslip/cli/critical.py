@@ -8,7 +8,6 @@ from stickslip.cli.terminal import Bar, Commands, say, say_json
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("critical", help="drive velocities at which steady slip and cycles change their kind")
     command.add_argument("system", metavar="SYSTEM.toml")
     command.add_argument("--between", metavar="LO:HI", help="drive velocities that are searched")
@@ -26,7 +25,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from stickslip.cli.continue_ import parse_bounds
     from stickslip.dynamics.critical.critical import critical_velocities
     from stickslip.dynamics.critical.intervals import critical_intervals

@@ -8,14 +8,12 @@ from stickslip.cli.terminal import Bar, Commands, say
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("demo", help="the whole way on what ships with the package")
     command.add_argument("-o", "--output", default="demo-report", metavar="FOLDER", help="where the report goes")
     command.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from stickslip.paper.demo import demo
 
     with Bar() as bar:

@@ -8,7 +8,6 @@ from stickslip.cli.terminal import Commands, say_written
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser(
         "example", help="copy a record, its rig file and a system file that ship with the package"
     )
@@ -17,7 +16,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from stickslip.examples import copy_example
 
     say_written(*copy_example(options.output))

@@ -11,7 +11,6 @@ from stickslip.cli.terminal import Commands, say_written
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("explore", help="move a law by hand in a browser and see every motion")
     command.add_argument(
         "file",
@@ -27,7 +26,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from stickslip.explorer import content_of, page
     from stickslip.files.disk import write_text
 

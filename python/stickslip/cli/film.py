@@ -9,7 +9,6 @@ from stickslip.cli.terminal import Bar, Commands, say, say_json, say_written
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("film", help="make a film of a simulated rig, with every place known")
     command.add_argument("system", metavar="SYSTEM.toml")
     command.add_argument(

@@ -18,7 +18,6 @@ ENDINGS = {".c": "c", ".py": "python"}
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("law", help="show a law file: its numbers, a picture, a table with bands, code")
     command.add_argument("law", metavar="LAW.toml", help="as identify -o writes it, or Law.save")
     command.add_argument(
@@ -41,7 +40,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from stickslip.laws import law_code
     from stickslip.laws.bands import table_up_to
     from stickslip.laws.law import law_document, law_of

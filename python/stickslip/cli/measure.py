@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("measure", help="turn a record into slip velocity, friction force and break-aways")
     command.add_argument("record", nargs="+", metavar="RECORD", help="a record or motion file; several runs of one rig")
     command.add_argument("--rig", required=True, metavar="RIG.toml", help="what the record was taken with")
@@ -35,7 +34,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from stickslip.files.netcdf import write_netcdf
     from stickslip.measurement import facts, measure, notes, summary
 

@@ -8,7 +8,6 @@ from stickslip.cli.terminal import Bar, Commands, say, say_json, say_written
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("reproduce", help="the paper's figures and claims from our model, scored")
     command.add_argument(
         "-o",
@@ -30,7 +29,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     if options.search is not None:
         _search(options)
         return

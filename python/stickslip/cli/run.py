@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("run", help="measure all records or films of an experiment, and identify their law")
     command.add_argument("experiment", metavar="EXPERIMENT.toml", help="records, rig, setup of the tracks, law, output")
     command.add_argument("--again", action="store_true", help="measure also what is finished")

@@ -13,7 +13,6 @@ from stickslip.files.disk import write_text
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser(
         "schema", help="the JSON Schema of a kind of TOML file, with which editors complete and check it"
     )
@@ -52,7 +51,6 @@ def _schemas() -> dict[str, Callable[[], dict[str, Any]]]:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     text = json.dumps(_schemas()[options.document](), indent=1, ensure_ascii=False) + "\n"
     if options.output is None:
         say(text.rstrip())

@@ -9,7 +9,6 @@ from stickslip.cli.terminal import Commands, save_figure, say_json, say_value, s
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("simulate", help="simulate the oscillator of a system file")
     command.add_argument("system", metavar="SYSTEM.toml")
     command.add_argument("--t-end", type=float, metavar="T", help="time to run; default: 50 natural periods")
@@ -24,7 +23,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from stickslip.model.system import load_system_document
     from stickslip.simulation.simulate import simulate
 

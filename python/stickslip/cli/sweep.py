@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("sweep", help="orbit diagram over one parameter, regime map over two")
     command.add_argument("system", metavar="SYSTEM.toml")
     command.add_argument(
@@ -107,7 +106,6 @@ def settings(options: argparse.Namespace, progress: Any) -> dict[str, Any]:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Do the work."""
     from stickslip.dynamics import orbit_diagram, regime_map
     from stickslip.model.system import load_system_document
 

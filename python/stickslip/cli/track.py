@@ -19,7 +19,6 @@ OPTIONS = ("finder", "masses", "marker", "channel", "size", "threshold", "level"
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Declare the options."""
     command = commands.add_parser("track", help="turn films or folders of images into motion files")
     command.add_argument("source", nargs="+", metavar="IMAGES_OR_VIDEO", help="a film each; or the images of one film")
     command.add_argument("--setup", metavar="TRACK.toml", help="what to look for; the options below win over it")

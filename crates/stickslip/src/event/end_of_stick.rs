@@ -56,7 +56,6 @@ impl<const H: usize> Motion<H> for Reaction<'_, H> {
 /// between them: the slip speed stays, as adhesion holds it at zero, and friction is the reaction that keeps it. `stick` gives
 /// that reaction; `start` says on which end it starts, there it moves inward: the end is then where the reaction is, from which
 /// a branch that is steep at the slip speed held may be off by more than rounding of forces.
-#[must_use]
 pub fn end_of_hold<const H: usize>(
     stick: &Stick<H>,
     direction: f64,
@@ -113,7 +112,6 @@ fn constant_limit<const H: usize>(
 }
 
 /// When adhesion breaks within `horizon`, if it does; `static_limit` is its limit backward and forward, if that stays whatever the hold.
-#[must_use]
 pub fn end_of_stick<const H: usize>(
     stick: &Stick<H>,
     law: &Law,

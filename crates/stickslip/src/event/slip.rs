@@ -22,7 +22,6 @@ pub struct Arrival {
 }
 
 /// When and how slip along `piece` ends within `horizon`, if it does.
-#[must_use]
 pub fn end_of_slip<const H: usize>(
     slip: &Slip<H>,
     direction: f64,

@@ -46,7 +46,6 @@ impl Decay {
     }
 
     /// Whether the free motion oscillates.
-    #[must_use]
     pub fn oscillates(&self) -> bool {
         self.kappa < 0.0
     }
@@ -212,7 +211,6 @@ impl<const H: usize> Basis<H> {
 impl<const H: usize> Signal<H> {
     /// Its value.
     #[inline]
-    #[must_use]
     pub fn at(&self, basis: &Basis<H>) -> f64 {
         let mut value = self.constant + self.free[0] * basis.c + self.free[1] * basis.s;
         for j in 0..H {
@@ -222,7 +220,6 @@ impl<const H: usize> Signal<H> {
     }
 
     /// Its value at τ = 0.
-    #[must_use]
     pub fn start(&self, decay: &Decay) -> f64 {
         self.constant + decay.start(self.free) + self.p.iter().sum::<f64>()
     }
@@ -354,7 +351,6 @@ impl<const H: usize> Frame<H> {
     }
 
     /// [`Frame::slip`] for a mode known to have a bounded forced response.
-    #[must_use]
     pub(crate) fn closed(&self, clock: Clock, x: f64, v: f64, direction: f64, piece: &Piece) -> Slip<H> {
         self.response(piece.slope)
             .from(self, &self.forces(clock), (x, v), direction, piece)
@@ -385,13 +381,11 @@ impl<const H: usize> Frame<H> {
     }
 
     /// The friction force that holds the mass on the drive, from position `x` at `clock`.
-    #[must_use]
     pub fn stick(&self, clock: Clock, x: f64) -> Stick<H> {
         self.held(clock, x, self.drive_velocity)
     }
 
     /// The friction force that holds the mass at the velocity `v`, from position `x` at `clock`.
-    #[must_use]
     pub fn held(&self, clock: Clock, x: f64, v: f64) -> Stick<H> {
         self.held_against(&self.forces(clock), x, v)
     }
@@ -481,7 +475,6 @@ impl<const H: usize> Slip<H> {
 
     /// The functions of time at τ = t.
     #[inline]
-    #[must_use]
     pub fn basis(&self, t: f64) -> Basis<H> {
         let (c, s) = if t == 0.0 && !self.decay.separates() {
             (1.0, 0.0)
@@ -495,7 +488,6 @@ impl<const H: usize> Slip<H> {
     /// The position at τ = t. Where friction is steep, or the spring soft beside the damping, the mass rests far away, so that a
     /// sum that begins there would lose the digits of the way made: it is counted from the start.
     #[inline]
-    #[must_use]
     pub fn position(&self, t: f64, basis: &Basis<H>) -> f64 {
         if self.decay.separates() {
             self.position_from_start(t, basis)
@@ -515,7 +507,6 @@ impl<const H: usize> Slip<H> {
     }
 
     /// The slip speed u = σ (s − ẋ) as a signal.
-    #[must_use]
     pub fn speed(&self, direction: f64, drive_velocity: f64) -> Signal<H> {
         Signal {
             constant: direction * drive_velocity,
@@ -529,7 +520,6 @@ impl<const H: usize> Slip<H> {
 impl<const H: usize> Stick<H> {
     /// The holding force, its rate and its second derivative.
     #[inline]
-    #[must_use]
     pub fn at(&self, t: f64) -> (f64, f64, f64) {
         let (cos, sin) = self.waves(t);
         let (mut force, mut rate, mut curvature) = (self.start + self.rate * t, self.rate, 0.0);

@@ -87,7 +87,6 @@ impl StaticFriction {
     }
 
     /// f_s(t_s, δ).
-    #[must_use]
     pub fn force(&self, hold: Hold) -> f64 {
         let initial = self.without_rest(hold.force_rate);
         if self.limit == 0.0 || hold.stick_time <= 0.0 {

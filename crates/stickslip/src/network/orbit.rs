@@ -34,7 +34,6 @@ pub(super) fn marked(branch: u32, still: bool) -> f64 {
 }
 
 /// The branch that a row of [`Orbit::steps`] tells of.
-#[must_use]
 pub fn branch_of(number: f64) -> f64 {
     number.max(-1.0 - number)
 }
@@ -59,13 +58,11 @@ pub struct Orbit {
 
 impl Orbit {
     /// Numbers in a row of [`Orbit::steps`].
-    #[must_use]
     pub fn width(&self) -> usize {
         2 + 2 * self.system.masses() + 4 * self.system.contacts.len() + self.system.springs.len()
     }
 
     /// The time up to which the orbit is known.
-    #[must_use]
     pub fn t_last(&self) -> f64 {
         match self.stop {
             Stop::End => self.run.t_end,
@@ -74,7 +71,6 @@ impl Orbit {
     }
 
     /// The states at `times`, in any order; each step is expanded again when a time lies in it.
-    #[must_use]
     pub fn states(&self, times: &[f64]) -> States {
         let mut steps = Expansion::new(self);
         let n = self.system.masses();

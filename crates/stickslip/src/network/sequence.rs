@@ -48,7 +48,6 @@ pub fn run(system: &System, run: Run, go_on: impl FnMut() -> bool) -> Result<Eve
 }
 
 /// The state in which a run begins: what every contact does follows from its load.
-#[must_use]
 pub fn start(system: &System, run: &Run) -> State {
     let mut state = Loop::new(system, run);
     state.start();

@@ -131,25 +131,21 @@ impl Layout {
     }
 
     /// Position of a mass.
-    #[must_use]
     pub fn x(self, mass: usize) -> usize {
         1 + mass
     }
 
     /// Velocity of a mass.
-    #[must_use]
     pub fn v(self, mass: usize) -> usize {
         1 + self.masses + mass
     }
 
     /// The first number of a contact.
-    #[must_use]
     pub fn contact(self, contact: usize) -> usize {
         1 + 2 * self.masses + CONTACT * contact
     }
 
     /// How many numbers.
-    #[must_use]
     pub fn width(self) -> usize {
         self.contact(self.contacts)
     }

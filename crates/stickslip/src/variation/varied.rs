@@ -170,7 +170,6 @@ impl Varied {
     }
 
     /// Directions of differentiation: the numbers of a state and the parameters, one at least.
-    #[must_use]
     pub fn lanes(&self) -> usize {
         Layout::of(&self.base).width() + self.parameters.len().max(1)
     }
