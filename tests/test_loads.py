@@ -407,7 +407,7 @@ def test_what_a_spring_cannot_be_is_refused_in_one_sentence():
 
 def test_the_map_of_feeny_and_moon_has_one_dimension_and_one_turning_point():
     """In the chaotic motion every period has a phase at which the mass sticks: from one such place follows the next."""
-    motion = script("validation").feeny_moon(0.5, 700)
+    motion = script("known.others").feeny_moon(0.5, 700)
     places, v = motion.at(np.arange(100, 700) * 2 * np.pi / 1.25)
     assert np.abs(v).max() == 0.0
     order = np.argsort(places[:-1])
@@ -427,7 +427,7 @@ def test_the_map_of_feeny_and_moon_has_one_dimension_and_one_turning_point():
 @pytest.mark.slow
 def test_the_least_bow_force_falls_about_with_the_square_of_the_distance_from_the_bridge():
     """Raman and Schelleng: f_min ∝ 1/β². Below it a second slip comes in, or the bow holds no longer."""
-    bowed = script("validation").bowed_string
+    bowed = script("known.others").bowed_string
 
     def least(at: int) -> float:
         low, high = 0.5, 30.0

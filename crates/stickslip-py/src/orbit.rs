@@ -192,12 +192,6 @@ impl Orbit {
         (run.x0, run.v0, run.t_end, run.max_events)
     }
 
-    /// Whether the motion between events is in closed form.
-    #[getter]
-    fn closed(&self) -> bool {
-        matches!(self.0, Kept::Closed(_))
-    }
-
     #[getter]
     fn t_last(&self) -> f64 {
         self.0.t_last()
