@@ -367,6 +367,12 @@ def event_cycle(
         return _closed(system, _FROM_GUESS[0] * slowest * (periods or 1), refined, False, periods, progress)[0]
     # A motion that has come to rest by the end of a longer run says most.
     clearest = next((one for one in refusals if str(one) == STEADY), refusals[0 if settles else -1])
+    if str(clearest) == STEADY and not settles:
+        # Near a Hopf point the cycle lies beside the equilibrium, and a guess between them may lead to either.
+        raise InputError(
+            "periodic_orbit: the guess leads to rest or steady slip; a cycle may lie further from it: give another guess, "
+            "or none for the motion from rest"
+        )
     if str(clearest) == _NO_RETURNS and not settles:
         raise InputError(
             "periodic_orbit: the run from the guess has no two returns: it leaves the orbit, comes to rest or slips "

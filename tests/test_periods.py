@@ -1,0 +1,35 @@
+"""Periods of orbit diagrams against an integrator that shares no line with the core; a guess beside a Hopf point."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from evidence import script
+
+import stickslip as ss
+
+judge = script("periods")
+
+
+def test_the_integrator_meets_the_closed_form_of_coulomb_decay():
+    # Den Hartog, Trans. ASME 53 (1931) 107: turns at 5.3, −4.3, 3.3, … where friction is 0.5, and rest at −0.3.
+    x, v = judge.Belt(0.0, 0.0, 0.5, 0.5, 0.0, 0.5).returns(5.3, 0.0, 3, 3)
+    assert x == pytest.approx([1.3, -0.3, -0.3], abs=1e-12)
+    assert v == pytest.approx(np.zeros(3), abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", [3, 18, pytest.param(26, marks=pytest.mark.slow)])
+def test_a_period_that_a_diagram_gives_is_that_of_the_motion(seed):
+    found = judge.columns(seed)
+    assert [one for one in found if one.word in ("periodic", "rests") and one.period != one.judged] == []
+    assert sum(one.word in ("periodic", "rests") for one in found) >= 4
+
+
+def test_a_guess_that_leads_to_steady_slip_does_not_say_that_there_is_no_cycle():
+    # Supercritical Hopf point at 0.8819: the cycle at 0.99 of it has the amplitude 0.25 (another integrator: period 6.3239).
+    law = ss.laws.Cubic(1.0, 0.8, 0.3)
+    system = ss.Oscillator(0.1, 0.99 * np.sqrt(0.7 / 0.9), law)
+    here = float(law.kinetic_force(system.drive_velocity))
+    with pytest.raises(ss.InputError, match="a cycle may lie further from it"):
+        ss.periodic_orbit(system, guess=(here + 0.05, 0.0))
+    assert ss.periodic_orbit(system, guess=(here + 0.2, 0.0)).period == pytest.approx(6.3239171427)
