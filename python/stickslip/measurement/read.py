@@ -245,7 +245,10 @@ def _columns_of(source: Any) -> dict[str, Array]:
     columns: dict[str, Array] = {}
     for name, values in items.items():
         try:
-            array = np.asarray(values, dtype=np.float64)
+            plain = np.asarray(values)
+            if plain.dtype.kind == "M" and plain.size:  # stamps of a calendar: s since the first
+                plain = (plain - plain.ravel()[0]) / np.timedelta64(1, "s")
+            array = np.asarray(plain, dtype=np.float64)
         except (TypeError, ValueError):
             continue  # labels and dates are no instruments
         if array.ndim <= 1 or max(array.shape) == array.size:

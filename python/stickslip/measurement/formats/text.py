@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import re
 from collections.abc import Callable, Collection
 from dataclasses import replace
@@ -13,11 +14,21 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.units import unit_in_name
+from stickslip.measurement.formats.cells import (
+    is_grouped,
+    is_number,
+    is_remark,
+    is_stamp,
+    seconds_of,
+    without_groups,
+)
 from stickslip.measurement.formats.table import Table, whole_name
 from stickslip.measurement.rigs.layout import DELIMITERS, Layout
 
 HEADER_LINES = 60
 """So far down a header is looked for where the first line is none."""
+FOOTER_LINES = 20
+"""So many lines below the last row of numbers may be remarks."""
 BINARY = re.compile(r"[^\t\n\f\r\x20-\x7e\xa0-\U0010ffff]")
 """Control characters, which no text holds."""
 
@@ -60,17 +71,17 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
             return [cell.strip() for cell in line.split(delimiter)]
 
     header = cells(rows[0][1])
-    if layout.header and all(_is_number(name, layout.decimal) for name in header):
+    if layout.header and all(is_number(name, layout.decimal) for name in header):
         # as numpy's savetxt writes it: the names behind the comment mark
         above = [line for line in lines[layout.skip_rows : rows[0][0] - 1] if line.strip()]
         words = cells(above[-1].lstrip("# \t")) if above else []
-        if len(words) == len(header) > 1 and not any(_is_number(word, layout.decimal) for word in words):
+        if len(words) == len(header) > 1 and not any(is_number(word, layout.decimal) for word in words):
             header, rows = words, [(rows[0][0] - 1, above[-1]), *rows]
     notes: tuple[str, ...] = ()
     units: dict[str, str] = {}
     if layout.header:
         first_row, rows = rows[0][0], rows[1:]
-        if all(_is_number(name, layout.decimal) for name in header if name):
+        if all(is_number(name, layout.decimal) for name in header if name):
             raise InputError(
                 f"{path}: row {first_row} holds numbers where a header line with column names was expected; "
                 "a rig says [read] header = false for a file without one"
@@ -94,6 +105,8 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
         use = sorted({c - 1 if isinstance(c, int) else header.index(c) for c in wanted if c in names})
         if not use:  # who asked will say what is missing
             return Table({name: np.zeros(0) for name in header}, str(path))
+    rows, remarks = _above_footer(rows, header, cells, layout.decimal)
+    notes += remarks
     body = "\n".join(line for _, line in rows)
     if layout.decimal == ",":
         body = body.replace(",", ".")
@@ -107,7 +120,23 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
     except ValueError:
         pass
     walked = _walk(path, rows, header, use, cells, layout)
-    return replace(walked, notes=notes + walked.notes, units=units)
+    return replace(walked, notes=notes + walked.notes, units={**units, **walked.units})
+
+
+def _above_footer(
+    rows: list[tuple[int, str]], header: list[str], cells: Callable[[str], list[str]], decimal: str
+) -> tuple[list[tuple[int, str]], tuple[str, ...]]:
+    """The rows above remarks at the end of a file, and a note that names these."""
+    end = len(rows)
+    first = next((cell for cell in cells(rows[0][1]) if cell), "")
+    labelled = not (is_number(first, decimal) or is_stamp(first))
+    while end > max(1, len(rows) - FOOTER_LINES) and is_remark(cells(rows[end - 1][1]), len(header), decimal, labelled):
+        end -= 1
+    if end == len(rows):
+        return rows, ()
+    left = rows[end:]
+    number = "1 line" if len(left) == 1 else f"{len(left)} lines"
+    return rows[:end], (f"{number} below the table, from row {left[0][0]} ({left[0][1].strip()[:40]!r}), left out",)
 
 
 def _below_header(
@@ -154,6 +183,10 @@ def _walk(
     torn = 0
     last = rows[-1][0]
     faults: dict[int, str] = {}
+    split = [(number, cells(line)) for number, line in rows]
+    texts = {i: [row[i] for _, row in split if len(row) == len(header)] for i in use}
+    stamps = {i: iter(seconds_of(cells)) for i, cells in texts.items() if cells and is_stamp(cells[0])}
+    grouped = {i for i, cells in texts.items() if any(is_grouped(cell, layout.decimal) for cell in cells)}
 
     def fault(number: int, what: str) -> None:
         """Refuse a row, or keep what is wrong in it until it is known whether it lies in the window."""
@@ -161,9 +194,9 @@ def _walk(
             raise InputError(f"{path}: {what}")
         faults[number] = what
 
-    for number, line in rows:
-        row = cells(line)
-        if len(row) != len(header):
+    for number, row in split:
+        whole = len(row) == len(header)
+        if not whole:
             if layout.torn_rows == "drop":
                 torn += 1
                 continue
@@ -172,14 +205,19 @@ def _walk(
             row = [""] * len(header)
         value: list[float] = []
         for i in use:
-            cell = row[i].replace(",", ".") if layout.decimal == "," else row[i]
-            if _is_number(cell, "."):
+            cell = without_groups(row[i], layout.decimal) if i in grouped else row[i]
+            cell = cell.replace(",", ".") if layout.decimal == "," else cell
+            seconds = next(stamps[i]) if whole and i in stamps else math.nan
+            if math.isfinite(seconds):
+                value.append(float(seconds))
+            elif i not in stamps and is_number(cell, "."):
                 value.append(float(cell))
             elif layout.missing == "drop" or number in faults:
                 value.append(float("nan"))
             else:
-                comma = _is_number(row[i], ",") and '; [read] decimal = "," reads decimal commas'
-                fault(number, f"row {number}, column {header[i]!r}: a number was expected, got {row[i]!r}{comma or ''}")
+                comma = is_number(row[i], ",") and '; [read] decimal = "," reads decimal commas'
+                wanted = "a date or a time of day" if i in stamps else "a number"
+                fault(number, f"row {number}, column {header[i]!r}: {wanted} was expected, got {row[i]!r}{comma or ''}")
                 value.append(float("nan"))
         kept.append(number)
         values.append(value)
@@ -187,8 +225,17 @@ def _walk(
         raise InputError(f"{path}: the rows do not form a table of {len(header)} columns; export it again")
     table = np.array(values)
     columns = {header[i]: np.ascontiguousarray(table[:, j]) for j, i in enumerate(use)}
-    notes = (f"{torn} rows without {len(header)} cells were left out",) if torn else ()
-    return Table(_in_order(columns, header), str(path), np.array(kept, dtype=np.int64), notes=notes, faults=faults)
+    notes = [f"{torn} rows without {len(header)} cells were left out"] if torn else []
+    notes += [f"column {header[i]!r} was read in s since its first stamp, {texts[i][0]}" for i in stamps]
+    notes += [f"column {header[i]!r} was read with groups of thousands" for i in sorted(grouped)]
+    return Table(
+        _in_order(columns, header),
+        str(path),
+        np.array(kept, dtype=np.int64),
+        notes=tuple(notes),
+        units={header[i]: "s" for i in stamps},
+        faults=faults,
+    )
 
 
 def _in_order(columns: dict[str, np.ndarray], header: list[str]) -> dict[str, np.ndarray]:
@@ -220,11 +267,3 @@ def _decoded(path: Path, content: bytes) -> str:
     raise InputError(
         f"{path}: holds binary bytes, neither text nor a .mat file; export the record as CSV with a header line"
     )
-
-
-def _is_number(cell: str, decimal: str) -> bool:
-    try:
-        float(cell.replace(decimal, "."))
-    except ValueError:
-        return False
-    return "_" not in cell  # Python's own way to write numbers, nobody else's
