@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import stickslip as ss
 from stickslip.errors import InputError
@@ -19,6 +20,7 @@ from stickslip.laws import (
     ExponentialStribeck,
     Law,
     LogarithmicDwell,
+    LuGre,
     Lorentzian,
     RateState,
     Regularised,
@@ -103,3 +105,16 @@ def test_a_fall_of_friction_is_guessed_with_numbers_that_make_a_law():
 def test_slip_at_one_speed_is_refused_for_a_logarithm_of_it():
     with pytest.raises(InputError, match=r"RateState is a logarithm .* drive velocities ten times apart"):
         identify(records(Coulomb(0.5), (0.2,), 0.5), law="RateState")
+
+
+def test_bristles_are_fitted_where_the_record_shows_them_and_the_other_numbers_are_right_then():
+    # Held at a guess they made kinetic friction 0.57 ± 0.09 of 1.04.
+    law = LuGre(240.0, 4.9, 0.05, kinetic=1.04, break_away=1.8, scale=0.107)
+    t = np.arange(0, 20, 0.005)
+    w = np.sin(2 * np.pi * 0.5 * t)
+    force = law.follow(t, w)[0] + 0.006 * np.random.default_rng(0).standard_normal(t.size)
+    data = xr.Dataset({"slip_velocity": ("time", w), "force": ("time", force)}, {"time": t})
+    found = identify(xr.DataTree(data), law="LuGre").parameters
+    assert {"stiffness", "damping"} < set(found.index)
+    for name, row in found.iterrows():
+        assert abs(row["value"] - getattr(law, name)) < 3 * row["error"]

@@ -6,7 +6,8 @@ import xarray as xr
 
 import stickslip as ss
 from stickslip.cli.main import main
-from stickslip.files.units import find_unit
+from stickslip.errors import InputError
+from stickslip.files.units import check_one_kind, find_unit
 from stickslip.identification import fit_steady, friction_of_orbit, predict_motion
 
 SYSTEM = """
@@ -198,3 +199,18 @@ def test_quadratic_and_cubic_numbers_take_their_units():
     assert ss.laws.Law.from_dict(table).square == 3.0
     with pytest.raises(ss.InputError, match="N s\\^3/m\\^3"):
         ss.laws.Law.from_dict(ss.laws.Cubic.example().to_dict() | {"cubic": "3 N/m"})
+
+
+@pytest.mark.parametrize(
+    "turning", ["4 N m s^2/rad^2", "4 N m s^3/rad^3", "4 N m/rad^3"], ids=["square", "cubic", "cubic stiffness"]
+)
+def test_a_square_or_cubic_number_that_turns_does_not_go_with_a_mass_in_kg(turning):
+    with pytest.raises(InputError, match="is of a mass that turns and mass = '1 kg' of one that moves along a line"):
+        check_one_kind({"mass": "1 kg", "number": turning}, "a.toml")
+    check_one_kind({"inertia": "1 kg m^2", "number": turning, "rate": "2 Hz"}, "a.toml")
+
+
+def test_a_square_or_cubic_number_along_a_line_does_not_go_with_one_that_turns():
+    for straight in ("4 N s^2/m^2", "4 N s^3/m^3", "4 N/m^3"):
+        with pytest.raises(InputError, match="is of a mass that turns"):
+            check_one_kind({"stiffness": "1 N m/rad", "number": straight}, "a.toml")

@@ -128,10 +128,11 @@ def run(options: argparse.Namespace) -> None:
     for name in given:
         if "trajectories" not in given and name in PATHS["trajectories"].options.difference(*others):
             raise InputError(f"{_flag(name)} belongs to --trajectories: add --trajectories, or leave {_flag(name)} out")
-    path = _path(options.friction, given)
+    kind = _path(options.friction, given)
+    path = PATHS[kind]
     for name in given:
         if name not in path.options:
-            raise InputError(f"{_flag(name)} does not go with {path.words}: {path.instead.format(_flag(name))}")
+            raise InputError(f"{_flag(name)} does not go with {_words(kind)}: {path.instead.format(_flag(name))}")
     found = options.friction
     for step in path.steps:
         found = step(found, **{name: given[name] for name in _keywords(step) if name in given})
@@ -152,16 +153,16 @@ class Path:
 
     Attributes
     ----------
-    words : what it does.
     instead : what to do about an option that it does not use, with a gap for that option.
     steps : functions of what the one before returns, the first of the friction files. The options that they use are their
         keywords, so one that is used nowhere is refused everywhere.
+    words : what it does, where that is no fit of :data:`stickslip.identification.selection.identify.FITS`.
     chosen_by : options that make this path the one that is taken, and are used by that.
     """
 
-    words: str
     instead: str
     steps: tuple[Callable[..., Any], ...]
+    words: str = ""
     chosen_by: frozenset[str] = frozenset()
 
     @property
@@ -170,16 +171,23 @@ class Path:
         return self.chosen_by.union(*map(_keywords, self.steps))
 
 
-def _path(files: list[str], given: dict[str, Any]) -> Path:
-    """The way for these files and options: tables where there is no motion to fit a law to."""
+def _path(files: list[str], given: dict[str, Any]) -> str:
+    """The name of the way for these files and options: tables where there is no motion to fit a law to."""
     if "compare" in given:
-        return PATHS["laws"]
+        return "laws"
     from stickslip.identification.selection.identify import fit_of
 
     kind = fit_of(files, given.get("law"), steady="steady" in given)
     if kind == "motion":
-        return PATHS["trajectories" if "trajectories" in given else "branches"]
-    return PATHS[kind]
+        return "trajectories" if "trajectories" in given else "branches"
+    return kind
+
+
+def _words(kind: str) -> str:
+    """What a way does."""
+    from stickslip.identification.selection.identify import FITS
+
+    return PATHS[kind].words or FITS[kind][0]
 
 
 def _flag(name: str) -> str:
@@ -393,39 +401,26 @@ def _deliver_table(
 
 
 PATHS = {
-    "laws": Path("--compare", "compare first, then identify the law that is best, with {}", (_compare,)),
+    "laws": Path("compare first, then identify the law that is best, with {}", (_compare,), "--compare"),
     "branches": Path(
-        "the fit of a law to branches and break-aways",
         "leave {} out",
         (_check_picture, _fit_law, _write_table, _deliver_law),
+        "the fit of a law to branches and break-aways",
     ),
     "trajectories": Path(
-        "the fit of a law by --trajectories",
         "leave {} out",
         (_check_picture, _fit_law, _refine, _write_table, _deliver_law),
+        "the fit of a law by --trajectories",
         frozenset({"trajectories"}),
     ),
     "curve": Path(
-        "the fit of friction over slip velocity alone (--steady, the way of records without sticks)",
         "leave {} out, or name a law of the motion with --law",
         (_fit_curve, _write_table, _deliver_table),
-        frozenset({"steady"}),
+        chosen_by=frozenset({"steady"}),
     ),
-    "step": Path(
-        "the fit of rate-and-state friction to one step of the speed",
-        "leave {} out",
-        (_fit_steps, _deliver_table),
-    ),
-    "steps": Path(
-        "the fit of rate-and-state friction to steps of the speed",
-        "leave {} out",
-        (_fit_steps, _deliver_table),
-    ),
-    "static": Path(
-        "the fit of static friction to tables of break-aways",
-        "leave {} out, or add a record of the motion",
-        (_fit_static, _deliver_table),
-    ),
+    "step": Path("leave {} out", (_fit_steps, _deliver_table)),
+    "steps": Path("leave {} out", (_fit_steps, _deliver_table)),
+    "static": Path("leave {} out, or add a record of the motion", (_fit_static, _deliver_table)),
 }
 
 

@@ -233,9 +233,11 @@ def quantity(name: str, value: object, dimensions: Sequence[str], where: str) ->
     return result
 
 
-STRAIGHT = ("force", "speed", "mass", "stiffness", "damping", "force_rate", "per_length", "per_speed", "length")
-TURNING = ("torque", "angular_speed", "inertia", "torsional_stiffness", "torsional_damping", "angle")
-"""Dimensions of what moves along a line, and of what turns about an axis."""
+TURNING = tuple(dimensions[1] for dimensions in TEXTS.values() if len(dimensions) > 1)
+STRAIGHT = tuple(
+    dimensions[0] for name, dimensions in TEXTS.items() if len(dimensions) > 1 or not name.startswith("time")
+)
+"""Dimensions of what turns about an axis, and of what moves along a line; times and frequencies are of either."""
 
 
 def check_one_kind(table: Mapping[str, object], where: str) -> None:

@@ -124,7 +124,7 @@ class LawFit:
         evidence = Evidence(records, break_aways.rows, grown, relative, count, start=start, parts=_parts(law))
         self.guess = _bounded(_guess(kind, start, evidence, options), options.bounds)
         self.problems = []
-        for form in _forms(self.guess):
+        for form in [*_forms(self.guess), *_wider(self.guess)]:
             problem = Problem(
                 records,
                 form.law,
@@ -141,7 +141,13 @@ class LawFit:
     def identify(self) -> Identification:
         """The law with its numbers."""
         guess, records, kind, static = self.guess, self.records, self.kind, self._static
-        fits = [(problem, _likeliest(problem)) for problem in self.problems]
+        fits = [(self.problems[0], _likeliest(self.problems[0]))]
+        for other in self.problems[1:]:
+            try:
+                fits.append((other, _likeliest(other)))
+            except InputError:  # the records do not tell these numbers
+                if not guess.wider:
+                    raise
         unlikeliness = [_unlikeliness(fit) for _, fit in fits]
         likeliest = int(np.argmin(unlikeliness))
         problem, found = fits[likeliest if unlikeliness[0] - unlikeliness[likeliest] > DECISIVE else 0]
@@ -153,6 +159,7 @@ class LawFit:
             *_extrapolated(problem),
             *(static.notes if static is not None else self._drift),
             *guess.notes,
+            *(note for name, note in guess.held.items() if name not in problem.free),
             *_held(found),
             *_chosen_form(found.law, guess, sorted(unlikeliness)),
             *_at_bounds(found, self.options.bounds),
@@ -246,8 +253,9 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
                 guess.notes,
                 within=guess.within,
                 guessed=guess.guessed,
-                held=guess.held,
             )
+    if asked is not None:
+        guess = replace(guess, candidates=[*guess.candidates, *guess.starts], wider=[])
     guess = _with_ties(guess, asked, options.ties)
     names = check_names(guess.law, guess.free if asked is None else asked)
     check_names(guess.law, fixed)
@@ -262,7 +270,7 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
             reason = error
     if not laws:
         raise InputError(f"identify: the values that are held fixed do not make a law: {reason}")
-    notes = [*guess.notes, *(note for name, note in guess.held.items() if name not in [*names, *fixed])]
+    notes = list(guess.notes)
     tied = {*names, *fixed, *guess.constraints}
     held = {name: maybe(guess.law, name) for name in pointers(guess.law) if name not in tied}
     if start is not None and asked is None and any(number is not None for number in held.values()):
@@ -271,7 +279,10 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
     if fixed:
         notes.append("Held fixed as asked: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".")
     guessed = {name: error for name, error in guess.guessed.items() if name not in [*names, *fixed]}
-    return Guess(laws[0], names, guess.constraints, notes, laws[1:], guess.within, guessed)
+    held_notes = {name: note for name, note in guess.held.items() if name not in fixed}
+    starts = [with_values(law, fixed) for law in guess.starts]
+    wider = [name for name in guess.wider if name not in [*names, *fixed]]
+    return Guess(laws[0], names, guess.constraints, notes, laws[1:], guess.within, guessed, held_notes, wider, starts)
 
 
 def _with_ties(guess: Guess, asked: list[str] | None, ties: Mapping[str, str] | None) -> Guess:
@@ -378,6 +389,12 @@ def _forms(guess: Guess) -> list[Guess]:
     laws = [guess.law, *guess.candidates]
     forms = [[law for law in laws if _choices(law) == choices] for choices in map(_choices, laws)]
     return [replace(guess, law=form[0], candidates=form[1:]) for i, form in enumerate(forms) if form not in forms[:i]]
+
+
+def _wider(guess: Guess) -> list[Guess]:
+    """Guesses with more numbers free, one for each law that the fit of them begins with."""
+    free = [*guess.free, *guess.wider]
+    return [replace(guess, law=law, free=free, candidates=[]) for law in guess.starts] if guess.wider else []
 
 
 def _likeliest(problem: Problem) -> BranchFit:

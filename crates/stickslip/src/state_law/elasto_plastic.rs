@@ -1,7 +1,7 @@
 //! Bristles that are purely elastic at first, so that a stuck contact does not drift.
 
 use super::{LuGre, StateFriction};
-use crate::elementary::sin_cos;
+use crate::elementary::{exp, power, sin_cos};
 use crate::error::Error;
 use crate::parameters::{Limited, parameters};
 
@@ -31,6 +31,35 @@ impl ElastoPlastic {
             0.5 + 0.5 * sin_cos(std::f64::consts::PI * (force - middle) / (static_limit - self.elastic)).0
         }
     }
+}
+
+/// Error of the bristle force that one sample may add, over the limit of steady slip.
+const TOLERANCE: f64 = 1e-12;
+/// Farthest that a step goes, over the distance in which the bristle force settles: beyond it the method is unstable.
+const LONGEST: f64 = 2.0;
+/// So many of these distances on, a force has settled to the last bit.
+const SETTLED: f64 = 50.0;
+
+/// One step of the pair of Dormand and Prince for df/ds = `slope`(f): f after it, and its error.
+fn dormand_prince(slope: impl Fn(f64) -> f64, f: f64, h: f64) -> (f64, f64) {
+    let a = slope(f);
+    let b = slope(f + h * (a / 5.0));
+    let c = slope(f + h * (3.0 / 40.0 * a + 9.0 / 40.0 * b));
+    let d = slope(f + h * (44.0 / 45.0 * a - 56.0 / 15.0 * b + 32.0 / 9.0 * c));
+    let e = slope(
+        f + h * (19372.0 / 6561.0 * a - 25360.0 / 2187.0 * b + 64448.0 / 6561.0 * c - 212.0 / 729.0 * d),
+    );
+    let g = slope(
+        f + h
+            * (9017.0 / 3168.0 * a - 355.0 / 33.0 * b + 46732.0 / 5247.0 * c + 49.0 / 176.0 * d
+                - 5103.0 / 18656.0 * e),
+    );
+    let end = f + h
+        * (35.0 / 384.0 * a + 500.0 / 1113.0 * c + 125.0 / 192.0 * d - 2187.0 / 6784.0 * e + 11.0 / 84.0 * g);
+    let error = 71.0 / 57600.0 * a - 71.0 / 16695.0 * c + 71.0 / 1920.0 * d - 17253.0 / 339_200.0 * e
+        + 22.0 / 525.0 * g
+        - slope(end) / 40.0;
+    (end, (h * error).abs())
 }
 
 impl StateFriction for ElastoPlastic {
@@ -63,16 +92,85 @@ impl StateFriction for ElastoPlastic {
         self.bristles.steady(w, z);
     }
 
-    fn pace(&self, w: f64) -> f64 {
-        let static_limit = self.bristles.curve(w);
-        let slope = 0.5 * std::f64::consts::PI / (static_limit - self.elastic) + 1.0 / static_limit;
-        self.bristles.stiffness * w.abs() * slope
+    /// Exact where the contact is elastic or the force above that of steady slip, to 1e-12 of it between.
+    fn advance(&self, w: f64, z: &mut [f64], time: f64) {
+        if w == 0.0 {
+            return;
+        }
+        let limit = self.bristles.curve(w);
+        // in the sense of the slip; the distance in units of force, which an elastic contact gains
+        let mut f = self.bristles.stiffness * z[0] * w.signum();
+        let mut left = self.bristles.stiffness * w.abs() * time;
+        let elastic = left.min((self.elastic - f).max(0.0));
+        f += elastic;
+        left -= elastic;
+        let slope = |f: f64| 1.0 - self.plastic(f, limit) * f / limit;
+        let pace = 0.5 * std::f64::consts::PI / (limit - self.elastic) + 1.0 / limit;
+        let mut h = 0.1 / pace;
+        while left > 0.0 {
+            if f >= limit {
+                f = limit + (f - limit) * exp(-left / limit);
+                break;
+            }
+            if left > SETTLED * limit && limit - f < TOLERANCE * limit {
+                f = limit;
+                break;
+            }
+            let step = h.min(left).min(LONGEST / pace);
+            let (end, error) = dormand_prince(slope, f, step);
+            let allowed = TOLERANCE * limit;
+            if error <= allowed {
+                f = end;
+                left -= step;
+            }
+            h = step * (0.9 * power((allowed / error.max(1e-300)).min(1e6), 0.2)).clamp(0.2, 5.0);
+        }
+        z[0] = f * w.signum() / self.bristles.stiffness;
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::state_law::StateLaw;
+    use super::ElastoPlastic;
+    use crate::parameters::Parameters;
+    use crate::state_law::{LuGre, StateFriction, StateLaw, runge_kutta};
+
+    #[test]
+    fn the_state_goes_on_as_small_steps_have_it() {
+        let bristles = LuGre {
+            stiffness: 50.0,
+            ..LuGre::example()
+        };
+        let law = ElastoPlastic {
+            bristles,
+            elastic: 0.5,
+        };
+        // from below, through the elastic range, from the yielding one, from above the limit, and to rest
+        for (w, start, time) in [
+            (0.2, -0.02, 0.3),
+            (-0.2, 0.02, 0.5),
+            (0.05, 0.015, 0.2),
+            (0.4, 0.03, 0.05),
+            (0.1, 0.0, 20.0),
+            (0.0, 0.01, 1.0),
+        ] {
+            let (mut z, mut small) = ([start], start);
+            law.advance(w, &mut z, time);
+            for _ in 0..400_000 {
+                let rate = |z: f64| {
+                    let mut rate = [0.0];
+                    law.rates(w, &[z], &mut rate);
+                    rate[0]
+                };
+                small = runge_kutta(&rate, small, time / 400_000.0);
+            }
+            assert!(
+                (z[0] - small).abs() < 1e-10 * 0.02,
+                "{w} {start}: {} {small}",
+                z[0]
+            );
+        }
+    }
 
     #[test]
     fn the_bristles_of_a_document_stand_beside_it_and_nothing_else_does() {

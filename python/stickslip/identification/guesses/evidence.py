@@ -125,7 +125,9 @@ class Guess:
     candidates : other first guesses, from which the one with the least misfit is taken.
     within : limits that come from the records.
     guessed : numbers that are held at a guess, with its standard deviation.
-    held : what is said of a number that is held, unless it is asked for.
+    held : what is said of a number that is held, unless it is fitted.
+    wider : names that are fitted too where the records are far likelier so.
+    starts : laws from which the fit with these begins.
     """
 
     law: Law
@@ -136,6 +138,8 @@ class Guess:
     within: dict[str, tuple[float, float]] = field(default_factory=dict)
     guessed: dict[str, float] = field(default_factory=dict)
     held: dict[str, str] = field(default_factory=dict)
+    wider: list[str] = field(default_factory=list)
+    starts: list[Law] = field(default_factory=list)
 
 
 def need_rows(evidence: Evidence, kind: str, fewest: int) -> None:

@@ -63,11 +63,10 @@ def _least(
     return best[1], best[2]
 
 
-def stribeck(
-    evidence: Evidence, kind: str, exponent: float, least_viscous: float = -np.inf, shapes: Array = SHAPES
+def stribeck_of(
+    w: Array, force: Array, exponent: float, least_viscous: float = -np.inf, shapes: Array = SHAPES
 ) -> tuple[float, float, float, float]:
-    """Break-away, kinetic, scale and viscous of f_k + (f_s − f_k) exp(−(w/w_s)^exponent) + b w."""
-    w, force = curve_of(evidence, kind)
+    """Break-away, kinetic, scale and viscous of f_k + (f_s − f_k) exp(−(w/w_s)^exponent) + b w through these samples."""
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), least_viscous]
     scale, (kinetic, drop, viscous) = _least(
         w,
@@ -85,8 +84,9 @@ def exponential(evidence: Evidence) -> Guess:
     Beside sticks measured friction is smoothed into them, and the samples there may ask for a fall that is none.
     """
     choices = ExponentialStribeck.PARAMETERS["exponent"].choices
+    curve = curve_of(evidence, "ExponentialStribeck")
     laws: list[Law] = [
-        ExponentialStribeck(*stribeck(evidence, "ExponentialStribeck", n, shapes=shapes), exponent=n)
+        ExponentialStribeck(*stribeck_of(*curve, n, shapes=shapes), exponent=n)
         for shapes in (SHAPES, *SHAPES[::4, None])
         for n in choices
     ]

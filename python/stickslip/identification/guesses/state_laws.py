@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.identification.guesses.evidence import Evidence, Guess
-from stickslip.identification.guesses.kinetic_curves import NARROW_RANGE, curve_of, exponential, stribeck
+from stickslip.identification.guesses.kinetic_curves import NARROW_RANGE, SHAPES, curve_of, exponential, stribeck_of
+from stickslip.identification.records import FrictionRecord
 from stickslip.laws import BoucWen, Coulomb, Dahl, ElastoPlastic, Law, LuGre, RateState, Regularised
 from stickslip.laws.law import force_along
 
@@ -24,6 +26,12 @@ SHOWN = 0.7
 """A record shows the stiffness of bristles where others leave less than that part of the mean squared force."""
 WIDTH = 1e-3
 """The width of a smooth sign, relative to the highest slip speed."""
+SETTLED = 3.0
+"""Bristles have settled after that many of their deflections."""
+DAMPING = (0.1, 1.0)
+"""Damping of bristles that is tried, over the root of stiffness and mass."""
+STARTS = 3
+"""So many deflections of bristles, those that lie closest to the record, are fitted from."""
 DIRECT = 0.015
 """Direct effect a of rate-and-state friction over μ₀, about that of rock."""
 DECADES = 0.5
@@ -56,11 +64,7 @@ def _bristles(
     if misfit < SHOWN * usual[0]:
         return closest, [name for name in ("stiffness", "damping") if name in closest.PARAMETERS], {}
     stiffness, damping = numbers(STIFF)
-    note = (
-        f"The stiffness of the bristles is held at {stiffness:.3g}, at which they deflect by {STIFF:g} of the range of "
-        "motion; give it as free where the record shows the rise of force at a reversal."
-    )
-    return law(stiffness, damping, 1.0), [], {"stiffness": note}
+    return law(stiffness, damping, 1.0), [], {"stiffness": _held_stiffness(stiffness)}
 
 
 def _replayed(evidence: Evidence, law: Law) -> Array:
@@ -104,25 +108,74 @@ def _bouc_wen(evidence: Evidence) -> Guess:
 
 
 def _lugre(evidence: Evidence) -> Guess:
-    break_away, kinetic, scale, viscous = stribeck(evidence, "LuGre", 2.0, least_viscous=0.0)
-    law, free, held = _bristles(
-        evidence,
-        break_away,
-        lambda stiffness, damping, by: LuGre(
-            stiffness, damping, by * viscous, by * max(kinetic, 1e-12), by * break_away, scale
-        ),
+    found = _bristles_and_curves(evidence)
+    usual, reach = found[STIFF][0][1], max(_reach(evidence), 1e-12)
+    closest = sorted(min(laws, key=lambda law: law[0]) for laws in found.values())
+    return Guess(
+        usual,
+        ["kinetic", "break_away", "scale", "viscous"],
+        wider=["stiffness", "damping"],
+        starts=[law for _, law in closest[:STARTS]],
+        held={"stiffness": _held_stiffness(usual.break_away / (STIFF * reach))},
     )
-    return Guess(law, ["kinetic", "break_away", "scale", "viscous", *free], held=held)
+
+
+def _held_stiffness(stiffness: float) -> str:
+    return (
+        f"The stiffness of the bristles is held at {stiffness:.3g}, at which they deflect by {STIFF:g} of the range of "
+        "motion; give it as free where the record shows the rise of force at a reversal."
+    )
+
+
+def _bristles_and_curves(evidence: Evidence) -> dict[float, list[tuple[float, LuGre]]]:
+    """For each deflection of the bristles, over the range of motion, the misfits of laws and the laws, the least first.
+
+    The curve is that of slip which is so far from its last reversal that the bristles have settled; the fall with the speed
+    has several widths, the damping several sizes.
+    """
+    w, _ = curve_of(evidence, "LuGre")
+    force = float(np.quantile(np.abs(_measured(evidence)), 0.9))
+    mass = float(np.median([record.constants.get("mass", 1.0) for record in evidence.records]))
+    reach = max(_reach(evidence), 1e-12)
+    settled = np.concatenate([_since_reversal(record)[~record.stuck] for record in evidence.records])
+    found = {}
+    for share in (STIFF, *SOFTER):
+        kept = settled > SETTLED * share * reach
+        speed, along = evidence.curve if np.count_nonzero(kept) < 0.1 * w.size else (w[kept], evidence.curve[1][kept])
+        stiffness = max(force, 1e-12) / (share * reach)
+        laws = []
+        for shapes in (SHAPES, *SHAPES[::4, None]):
+            break_away, kinetic, scale, viscous = stribeck_of(speed, along, 2.0, least_viscous=0.0, shapes=shapes)
+            for part in DAMPING:
+                law = LuGre(
+                    stiffness, part * math.sqrt(stiffness * mass), viscous, max(kinetic, 1e-12), break_away, scale
+                )
+                laws.append((_misfit(evidence, law), law))
+        found[share] = sorted(laws, key=lambda law: law[0])
+    return found
+
+
+def _since_reversal(record: FrictionRecord) -> Array:
+    """The path of the slip since its sense last changed or it stood, at each sample."""
+    w = np.where(record.stuck, 0.0, record.slip_velocity)
+    path = np.cumsum(np.abs(w)) * record.step
+    begun = np.flatnonzero(np.diff(np.sign(w), prepend=0.0))
+    last = np.zeros(w.size, int)
+    last[begun] = begun
+    return np.asarray(path - path[np.maximum.accumulate(last)])
 
 
 def _elasto_plastic(evidence: Evidence) -> Guess:
     start = _lugre(evidence)
-    law = start.law
-    assert isinstance(law, LuGre)
-    numbers = (law.stiffness, law.damping, law.viscous, law.kinetic, law.break_away, law.scale)
-    whole = ElastoPlastic(*numbers, elastic=0.5 * law.kinetic / law.stiffness)
-    held = {**start.held, "elastic": "The elastic reach of the bristles is held at half their deflection."}
-    return Guess(whole, start.free, held=held)
+
+    def whole(law: Law) -> ElastoPlastic:
+        assert isinstance(law, LuGre)
+        numbers = (law.stiffness, law.damping, law.viscous, law.kinetic, law.break_away, law.scale)
+        return ElastoPlastic(*numbers, elastic=0.5 * min(law.kinetic, law.break_away))
+
+    held = {**start.held, "elastic": "Bristles are held elastic up to half of the kinetic force."}
+    starts = [whole(law) for law in start.starts]
+    return replace(start, law=whole(start.law), wider=[*start.wider, "elastic"], starts=starts, held=held)
 
 
 def _rate_state(evidence: Evidence) -> Guess:
