@@ -77,7 +77,8 @@ def _since_first(found: list[re.Match[str] | None], order: tuple[int, int, int])
             whole = datetime(2000, 1, 1) + days * DAY + of_day
         first = first or whole
         seconds[i] = (whole - first).total_seconds() + (float(f"0.{one['part']}") if one["part"] else 0.0)
-    return seconds - seconds[np.isfinite(seconds)][:1]
+    since: Array = seconds - seconds[np.isfinite(seconds)][:1]
+    return since
 
 
 def is_grouped(cell: str, decimal: str) -> bool:
