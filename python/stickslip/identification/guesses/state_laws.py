@@ -174,7 +174,7 @@ def _elasto_plastic(evidence: Evidence) -> Guess:
         return ElastoPlastic(*numbers, elastic=0.5 * min(law.kinetic, law.break_away))
 
     held = {**start.held, "elastic": "Bristles are held elastic up to half of the kinetic force."}
-    starts = [whole(law) for law in start.starts]
+    starts: list[Law] = [whole(law) for law in start.starts]
     return replace(start, law=whole(start.law), wider=[*start.wider, "elastic"], starts=starts, held=held)
 
 
