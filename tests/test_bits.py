@@ -18,7 +18,7 @@ PINNED = {
     "BogaczRyczek": "c060e586c436",
     "Dahl": "c7f8522f255d",
     "LuGre": "f0e962d25efa",
-    "ElastoPlastic": "5fb4fe40ad57",
+    "ElastoPlastic": "b7879866022a",
     "BoucWen": "b8c84e7df90d",
     "RateState": "6f8b245ecbe3",
     "Regularised": "c761482c8e6c",

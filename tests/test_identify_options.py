@@ -4,6 +4,7 @@ import argparse
 import functools
 import html
 import inspect
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -102,7 +103,7 @@ def test_every_option_is_used_or_refused_on_every_path(path, files, capsys, tmp_
             fake = lambda found, _note=note, **used: _note(found, **used)  # noqa: E731
             fake.__signature__ = inspect.signature(step)
             quiet.append(fake)
-        monkeypatch.setitem(command.PATHS, one, command.Path(way.words, way.instead, tuple(quiet), way.chosen_by))
+        monkeypatch.setitem(command.PATHS, one, replace(way, steps=tuple(quiet)))
     way = command.PATHS[path]
     for option in options():
         if option in ("compare", "trajectories", "steady") or any(flag in chosen_by for flag in flags(option)):

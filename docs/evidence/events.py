@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stickslip.errors import InputError
 from stickslip.model.system import system_from_dict
 from stickslip.simulation.integration import integrate
 from stickslip.simulation.state_orbit import StateOrbit
@@ -124,21 +125,28 @@ def judge(program: Path, seed: int, first: int = 0, **shares: int) -> tuple[dict
             [*asked, "--states", str(integrated), "--documents", "1"], stdout=subprocess.PIPE, text=True, check=True
         )
         cases = [json.loads(line) for line in documents.stdout.splitlines()]
+        runs = {index: told(case) for index, case in enumerate(cases, first) if "sys" in case}
+        runs = {index: run for index, run in runs.items() if run}
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "runs.json"
-            path.write_text(json.dumps([told(case) for case in cases if "sys" in case]))
+            path.write_text(json.dumps(list(runs.values())))
             more, failed = verdict([str(program), str(path), "--show", "1000000"])
         counts["integrated"] = more[str(path)]
         for failure in failed:
-            failure["from"] = f"integrated {first + int(failure['from'].split()[-1])}"
+            failure["from"] = f"integrated {[*runs][int(failure['from'].split()[-1])]}"
         found += failed
     return counts, found
 
 
-def told(case: dict) -> dict:
-    """A run of `stickslip.simulate` as the judge reads it."""
+def told(case: dict) -> dict | None:
+    """A run of `stickslip.simulate` as the judge reads it; None where it is refused for its work."""
     system = system_from_dict(case["sys"])
-    orbit = integrate(system, case["t_end"], case["x0"], case["v0"], tolerance=1e-10, max_seconds=60.0)
+    try:
+        orbit = integrate(system, case["t_end"], case["x0"], case["v0"], tolerance=1e-10, max_seconds=60.0)
+    except InputError as error:
+        if "evaluations" not in str(error):
+            raise
+        return None
     steps = np.asarray(orbit._solution.ts)
     t = steps[steps <= orbit.t_end][:STEPS]
     stop = orbit.stop if t[-1] == orbit.t_end else "cut"

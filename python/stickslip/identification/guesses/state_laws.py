@@ -32,6 +32,9 @@ DAMPING = (0.1, 1.0)
 """Damping of bristles that is tried, over the root of stiffness and mass."""
 STARTS = 3
 """So many deflections of bristles, those that lie closest to the record, are fitted from."""
+NARROW, FALL = 0.3, 1.5
+"""A sharp fall of friction, over less than this part of the highest speed and by this ratio, is fitted from too: bristles
+that still give way while friction falls hide it from slip that has settled."""
 DIRECT = 0.015
 """Direct effect a of rate-and-state friction over μ₀, about that of rock."""
 DECADES = 0.5
@@ -110,12 +113,15 @@ def _bouc_wen(evidence: Evidence) -> Guess:
 def _lugre(evidence: Evidence) -> Guess:
     found = _bristles_and_curves(evidence)
     usual, reach = found[STIFF][0][1], max(_reach(evidence), 1e-12)
-    closest = sorted(min(laws, key=lambda law: law[0]) for laws in found.values())
+    closest = sorted((laws[0] for laws in found.values()), key=lambda law: law[0])
+    laws = [law for _, law in min(found.values(), key=lambda laws: laws[0][0])]
+    sharp = next((law for law in laws if law.scale < NARROW * float(evidence.curve[0].max())), laws[0])
+    sharp = replace(sharp, break_away=max(sharp.break_away, FALL * sharp.kinetic))
     return Guess(
         usual,
         ["kinetic", "break_away", "scale", "viscous"],
         wider=["stiffness", "damping"],
-        starts=[law for _, law in closest[:STARTS]],
+        starts=[*(law for _, law in closest[:STARTS]), sharp],
         held={"stiffness": _held_stiffness(usual.break_away / (STIFF * reach))},
     )
 

@@ -66,7 +66,7 @@ def _since_first(found: list[re.Match[str] | None], order: tuple[int, int, int])
         of_day = timedelta(hours=int(one["hour"]), minutes=int(one["minute"]), seconds=int(one["second"]))
         if one["date"]:
             numbers = [int(number) for number in re.split(r"[-./]", one["date"])]
-            year, month, day = numbers if numbers[0] > 31 else [numbers[place] for place in order]
+            year, month, day = numbers if numbers[0] > 31 else [numbers[i] for i in order]
             whole = datetime(year, month, day) + of_day
             zone = one["zone"] or "Z"
             if zone != "Z":
