@@ -107,6 +107,15 @@ def test_regimes_of_the_paper(drive_velocity, regime):
     assert ss.simulate(ss.paper.oscillator(drive_velocity), 1000).regime() == regime
 
 
+def test_a_run_that_is_cut_within_its_first_period_does_not_tell_a_regime():
+    system = ss.Oscillator(0.1, 0.2, ss.laws.StaticKinetic(1.0, 0.5))
+    cut = ss.simulate(system, 100.0, x0=0.0, v0=2.0, max_events=1)
+    assert cut.stop == "max_events"
+    assert cut.t_end < 2 * np.pi
+    assert cut.regime() == "unfinished"
+    assert ss.simulate(system, 100.0, x0=0.0, v0=2.0, max_events=20).regime() == "stick_slip"
+
+
 def test_other_regimes():
     coulomb = ss.laws.Coulomb(0.5)
     at_rest = ss.simulate(ss.Oscillator(0.0, 0.0, coulomb), 100, x0=5.3, v0=0.0)

@@ -29,6 +29,8 @@ COLUMNS = ("x", "v", "a", "slip_velocity", "force", "stuck")
 EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
 #: The regime of a run whose numbers left their range, by why it stopped: what it did before says nothing.
 OUT_OF_RANGE = {"diverged": "diverged", "not_a_number": "unfinished"}
+#: Why runs stop before their time. Less than a natural period of such a run is not enough to tell its regime.
+BEFORE_ITS_TIME = ("max_events", "max_seconds", "stiff", "solver")
 
 
 @cache
@@ -224,8 +226,9 @@ class Orbit(InNotebook):
         -------
         ``"stick_slip"``: adhesion breaks again and again; ``"at_rest"``: stuck throughout; ``"stable_slip"``: slip velocity
         constant within 0.2 % of its size; ``"almost_harmonic"``: it oscillates and keeps its sign; ``"reversing_slip"``: it
-        changes its sign without sticking; ``"diverged"`` and ``"unfinished"`` where the numbers left their range. The words
-        and their criteria stand in :data:`stickslip.simulation.regimes.REGIMES`.
+        changes its sign without sticking; ``"diverged"`` and ``"unfinished"`` where the numbers left their range,
+        or where a run that stopped before its time is shorter than a natural period. The words and their
+        criteria stand in :data:`stickslip.simulation.regimes.REGIMES`.
 
         Limits: a slow transient near a threshold needs a longer orbit; look at two lengths.
         """
@@ -235,6 +238,8 @@ class Orbit(InNotebook):
             raise InputError(f"regime: contact must lie from 0 to {self._contacts - 1}, got {contact}")
         if self.stop in OUT_OF_RANGE:
             return OUT_OF_RANGE[self.stop]
+        if self.stop in BEFORE_ITS_TIME and self.t_end < self.system.natural_period < np.inf:
+            return "unfinished"
         start = transient * self.t_end
         times = self.times()
         late = self._all(times[times >= start])
