@@ -14,6 +14,14 @@ import stickslip as ss
 ANDRONOV = "Andronov, Vitt & Khaikin, Theory of Oscillators (1937)"
 
 
+def cycle_with_extremes(orbit: ss.Orbit, *names: str) -> Results:
+    """These numbers of the last cycle of an orbit, and its extreme positions and least velocity."""
+    last = cycle(orbit)
+    span = last["start"], last["start"] + last["period"]
+    (least, most), (slowest, _) = extremes(orbit, *span), extremes(orbit, *span, of="v")
+    return {**{name: last[name] for name in names}, "largest_x": most, "least_x": least, "least_v": slowest}
+
+
 def decay(damping: float) -> Results:
     orbit = ss.simulate(ss.Oscillator(damping, 0.0, ss.laws.Coulomb(0.5)), 100, x0=5.3, v0=0.0)
     turns = {f"turn_{i}": x for i, x in enumerate(orbit.events["x"], 1)}
@@ -43,12 +51,7 @@ def damped_coulomb_decay() -> Results:
     largest_x=1.047213595499958, least_x=0.15278640450004205, least_v=-0.4472135954999579,
 )  # fmt: skip
 def static_kinetic_belt() -> Results:
-    orbit = belt(ss.laws.StaticKinetic(1.0, 0.6), 0.0, 0.2)
-    last = cycle(orbit)
-    span = last["start"], last["start"] + last["period"]
-    (least, most), (slowest, _) = extremes(orbit, *span), extremes(orbit, *span, of="v")
-    picked = {name: last[name] for name in ("slip_time", "stick_time", "period")}
-    return {**picked, "largest_x": most, "least_x": least, "least_v": slowest}
+    return cycle_with_extremes(belt(ss.laws.StaticKinetic(1.0, 0.6), 0.0, 0.2), "slip_time", "stick_time", "period")
 
 
 @case(
@@ -79,11 +82,7 @@ def damped_static_kinetic_belt() -> Results:
 )  # fmt: skip
 def leine() -> Results:
     orbit = belt(ss.laws.Rational(1.0, 3.0), 0.0, 0.2)
-    last = cycle(orbit)
-    span = last["start"], last["start"] + last["period"]
-    (least, most), (slowest, _) = extremes(orbit, *span), extremes(orbit, *span, of="v")
-    picked = {name: last[name] for name in ("slip_time", "x_at_capture", "stick_time", "period")}
-    return {**picked, "largest_x": most, "least_x": least, "least_v": slowest}
+    return cycle_with_extremes(orbit, "slip_time", "x_at_capture", "stick_time", "period")
 
 
 @case(

@@ -112,17 +112,17 @@ def _bouc_wen(evidence: Evidence) -> Guess:
 
 def _lugre(evidence: Evidence) -> Guess:
     found = _bristles_and_curves(evidence)
-    usual, reach = found[STIFF][0][1], max(_reach(evidence), 1e-12)
-    closest = sorted((laws[0] for laws in found.values()), key=lambda law: law[0])
-    laws = [law for _, law in min(found.values(), key=lambda laws: laws[0][0])]
+    usual = found[STIFF][0][1]
+    closest = sorted(found.values(), key=lambda laws: laws[0][0])
+    laws = [law for _, law in closest[0]]
     sharp = next((law for law in laws if law.scale < NARROW * float(evidence.curve[0].max())), laws[0])
     sharp = replace(sharp, break_away=max(sharp.break_away, FALL * sharp.kinetic))
     return Guess(
         usual,
         ["kinetic", "break_away", "scale", "viscous"],
         wider=["stiffness", "damping"],
-        starts=[*(law for _, law in closest[:STARTS]), sharp],
-        held={"stiffness": _held_stiffness(usual.break_away / (STIFF * reach))},
+        starts=[*(laws[0][1] for laws in closest[:STARTS]), sharp],
+        held={"stiffness": _held_stiffness(usual.stiffness)},
     )
 
 
