@@ -178,7 +178,8 @@ class Problem:
         """For each group how its residuals change by what all rows of its record share, by one standard error.
 
         All break-aways may be seen late, and all forces be off. Of a late break-away the force is read
-        further up the loading line, and the stick is taken for longer than it was.
+        further up the loading line, and the stick is taken for longer than it was. A break-away that is compared with its
+        own slip shares the error of all forces with it.
         """
         found = [np.zeros_like(stated) for stated in self.stated]
         for i, (number, kind) in enumerate(self.groups):
@@ -186,7 +187,7 @@ class Problem:
             late, common = (motion.record.constants.get(name, 0.0) for name in ("late", "common"))
             if kind == "kinetic" and common > 0:
                 found[i] = motion.misfit(law) - motion.misfit(law, common)
-            if kind == "break-away" and common > 0:
+            if kind == "break-away" and common > 0 and not self.relative:
                 found[i] = np.full_like(self.stated[i], common)
             if kind == "break-away" and table is not None and late > 0:
                 load = table.sense * table.rate
