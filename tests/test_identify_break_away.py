@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.identification import fit_static_friction
+from stickslip.identification import fit_static_friction, identify
 from stickslip.identification.static.forms import FORCE
 from stickslip.laws import DwellTime, ForceRate, LogarithmicDwell
 
@@ -147,6 +147,37 @@ def test_free_force_rate_is_not_called_tied():
     rate = 10 ** random.uniform(-1, 1, t_s.size)
     found = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size), force_rate=rate))
     assert not [note for note in found.notes if "tied" in note or "cannot be told apart" in note]
+
+
+@pytest.mark.parametrize("records", [1, 2])
+def test_an_error_of_the_zero_is_in_a_break_away_and_its_slip_alike(records):
+    """So it tells nothing of growth where one is compared with the other, and moves the level alone."""
+
+    def found(zero):
+        trees = []
+        for seed in range(records):
+            random, t_s = scattered(seed, 60)
+            drift = 0.1 * np.sin(np.arange(t_s.size) / 15) + 0.2 * seed
+            force = 0.6 + drift + 0.05 * np.log10(t_s) + 0.004 * random.standard_normal(t_s.size)
+            tree = friction(t_s, force, per_slip=drift)
+            table = tree["break_away"].to_dataset(inherit=False)
+            table["force_error"] = ("event", np.full(t_s.size, math.hypot(0.004, zero)))
+            root = tree.to_dataset().assign_attrs(force_common=zero)
+            trees.append(xr.DataTree.from_dict({"/": root, "/break_away": table}))
+        return trees
+
+    sure, unsure = (fit_static_friction(found(zero)) for zero in (0.0, 0.1))
+    assert sure.chosen == unsure.chosen
+    before, after = (fit.fits["logarithmic"].parameters for fit in (sure, unsure))
+    assert after.loc["slope"].to_numpy() == pytest.approx(before.loc["slope"].to_numpy(), rel=1e-6)
+    added = math.sqrt(after.loc["f0", "error"] ** 2 - before.loc["f0", "error"] ** 2)
+    assert added == pytest.approx(0.1 / math.sqrt(records), rel=1e-6)
+    if records > 1:
+        return
+    # the law's own fit: growth is as sure as before, the kinetic force is not
+    before, after = (identify(found(zero), law="LogarithmicDwell").parameters["error"] for zero in (0.0, 0.1))
+    assert after["growth"] == pytest.approx(before["growth"], rel=0.05)
+    assert after["kinetic"] > 0.05
 
 
 def test_drift_along_the_record_is_taken_off_and_said():

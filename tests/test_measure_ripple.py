@@ -5,7 +5,9 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
+import stickslip as ss
 from stickslip.identification import identify
 from stickslip.measurement import Rig, measure
 
@@ -108,3 +110,18 @@ def test_without_a_ripple_none_is_said(kind):
     friction = measure({"t": time, "x": x + NOISE * random.standard_normal(SAMPLES)}, rig)
     assert not any("alike in all sticks" in note for note in friction.attrs["notes"])
     assert float(friction["break_away"]["force"].mean()) == pytest.approx(forces.mean(), abs=2e-3)
+
+
+@pytest.mark.parametrize("film", [True, False])
+def test_the_error_of_a_film_within_a_pixel_is_no_ripple(film):
+    # a hundredth of a pixel, once a pixel: 43 pixels a unit of time seen in 32 frames a unit of time
+    rate, pixel = 200 / (2 * math.pi), 1 / 428.8
+    orbit = ss.simulate(ss.Oscillator(0.1, DRIVE, ss.laws.StaticKinetic(1.0, 0.6)), 111.0)
+    time = 60 + np.arange(1600) / rate
+    place = orbit.at(time)[0] / pixel
+    seen = place + 0.01 * np.sin(2 * np.pi * place) + 0.017 * np.random.default_rng(3).standard_normal(1600)
+    motion = xr.Dataset({"x": ("time", seen * pixel), "x_px": ("time", seen)}, coords={"time": time})
+    friction = measure(motion if film else motion.drop_vars("x_px"), Rig.of(orbit.system, "time"))
+    assert any("alike in all sticks" in note for note in friction.attrs["notes"]) != film
+    off = friction["force"].to_numpy() - orbit.to_xarray(time)["force"].to_numpy()
+    assert (np.quantile(np.abs(off), 0.9) < 0.02) == film

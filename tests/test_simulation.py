@@ -7,6 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stickslip as ss
+from stickslip import _core
+from stickslip.simulation.regimes import regime_of_stop
 
 S3B = ss.Oscillator(damping=0.1, drive_velocity=0.2, law=ss.laws.StaticKinetic(1.0, 0.6))
 
@@ -130,6 +132,14 @@ def test_opposite_drive_gives_the_opposite_motion():
         back = ss.simulate(ss.Oscillator(0.1, -0.2, law), 50, x0=-0.3)
         t = np.linspace(0, 50, 500)
         assert (there.at(t)[0] == -back.at(t)[0]).all()
+
+
+@pytest.mark.parametrize("stop", [stop for stop in _core.STOPS if stop != "t_end"])
+def test_a_run_that_stops_early_tells_its_regime_in_one_place(stop):
+    assert regime_of_stop("t_end", False) is None
+    told = {"diverged": "diverged", "not_a_number": "unfinished"}
+    assert regime_of_stop(stop, False) == told.get(stop, "unfinished")
+    assert regime_of_stop(stop, True) == told.get(stop)
 
 
 def test_a_forcing_beneath_the_rounding_of_the_motion_is_no_accumulation():

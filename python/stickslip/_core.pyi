@@ -30,6 +30,7 @@ __all__ = [
     "halted",
     "law_facts",
     "regime",
+    "regime_of_stop",
     "section",
     "slip_evidence",
     "spot_centre",
@@ -196,6 +197,7 @@ def displacement_errors(
 ) -> _Floats: ...
 def without(motions: _Floats, residual: _Floats, prior: list[float], lengths: tuple[int, ...]) -> _Floats: ...
 def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
+def regime_of_stop(stop: str, enough: bool) -> str | None: ...
 def section(
     system: System,
     surface: str,

@@ -56,6 +56,17 @@ fn regime(stuck_share: f64, sticks: bool, w_min: f64, w_max: f64) -> &'static st
     Regime::of(stuck_share, sticks, [w_min, w_max]).name()
 }
 
+/// What the stop of a run says of its regime by itself, if anything.
+#[pyfunction]
+fn regime_of_stop(stop: &str, enough: bool) -> PyResult<Option<&'static str>> {
+    let unknown = || PyValueError::new_err(format!("expected the name of a stop, got {stop:?}"));
+    let stop = Stop::ALL
+        .into_iter()
+        .find(|one| one.name() == stop)
+        .ok_or_else(unknown)?;
+    Ok(Regime::of_stop(stop, enough).map(Regime::name))
+}
+
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -70,6 +81,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(watch::halted, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
     module.add_function(wrap_pyfunction!(regime, module)?)?;
+    module.add_function(wrap_pyfunction!(regime_of_stop, module)?)?;
     module.add_function(wrap_pyfunction!(section::section, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;
     module.add_class::<system::System>()?;

@@ -1,6 +1,7 @@
 //! The kind of a steady motion, in one word; the criteria of every part of the package.
 
 use crate::named::named;
+use crate::simulate::Stop;
 
 named! {
     /// The kind of a motion after its transient.
@@ -29,6 +30,25 @@ impl Regime {
     /// Whether the slip velocity is constant, or the contact sticks.
     pub fn rests(self) -> bool {
         matches!(self, Self::StableSlip | Self::AtRest)
+    }
+
+    /// What the stop of a run says by itself: nothing of one that reached its time, and of one that stopped before it nothing
+    /// where `enough` of the motion was seen to be told from that.
+    ///
+    /// ```
+    /// use stickslip::{regime::Regime, simulate::Stop};
+    /// assert_eq!(Regime::of_stop(Stop::Accumulation, false), Some(Regime::Unfinished));
+    /// assert_eq!(Regime::of_stop(Stop::Accumulation, true), None);
+    /// ```
+    pub fn of_stop(stop: Stop, enough: bool) -> Option<Self> {
+        match stop {
+            Stop::Diverged => Some(Self::Diverged),
+            Stop::NotANumber => Some(Self::Unfinished),
+            Stop::End => None,
+            Stop::MaxEvents | Stop::Accumulation | Stop::Stiff | Stop::MaxSeconds | Stop::Memory => {
+                (!enough).then_some(Self::Unfinished)
+            }
+        }
     }
 
     /// From the share of the time in which the mass sticks, whether adhesion ever held or broke, and the extremes of w.

@@ -511,11 +511,9 @@ impl<'a> Watch<'a> {
     /// What is kept of the motion; the last `compared` returns, or more for a longer period, say whether it repeats.
     fn summary(mut self, look: &Look, stop: Stop, engine: &impl Engine, compared: usize) -> Steady {
         let stuck_share = self.stuck / self.total;
-        let regime = match stop {
-            Stop::Diverged => Regime::Diverged,
-            Stop::End => Regime::of(stuck_share, self.sticks, self.w),
-            _ => Regime::Unfinished,
-        };
+        // What was seen is not the window that was asked for.
+        let regime =
+            Regime::of_stop(stop, false).unwrap_or_else(|| Regime::of(stuck_share, self.sticks, self.w));
         let rests = regime.rests();
         let period = if rests {
             1

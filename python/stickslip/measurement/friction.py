@@ -242,7 +242,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
 
     # the spring and the drive as the sticks show them
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
-    stated, shaken = _without_ripple(stated, rig)
+    pixel = None if record.pixel is None else record.pixel * abs(rig.force_unit) / (o.stiffness if spring else 1.0)
+    stated, shaken = _without_ripple(stated, rig, pixel)
     x, noise, presmoothed, flanks = stated.extension, stated.noise, stated.presmoothed, stated.flanks
     trial, slope, rigid = rigid_sticks(stated, o.drive_velocity)
     # A mass that does not go with the drive where it seems to rest does not rest; where nothing sticks, or for too few
@@ -298,12 +299,12 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     return _Found(friction, sticks, rigid, slow, line, word, notes, int(np.count_nonzero(beyond)))
 
 
-def _without_ripple(draft: Draft, rig: Rig) -> tuple[Draft, Shaken | None]:
+def _without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft, Shaken | None]:
     """The draft without a line that all its sticks share, and what was taken; as it is where there is none."""
     o = draft.oscillator
     guesses = creeping_sticks(draft.presmoothed, draft.flanks, o.drive_velocity)
     samples = draft.time, draft.extension, draft.weight
-    ripple = find_ripple(*samples, guesses, draft.noise, rig.mains_frequency)
+    ripple = find_ripple(*samples, guesses, draft.noise, rig.mains_frequency, pixel)
     if ripple is None:
         return draft, None
     shaken = Shaken(ripple, True)

@@ -52,6 +52,7 @@ class Record:
         where none is missing.
     error : standard error of a sample as the file states it (``x_error`` of a motion), in the unit of the signal, or None.
     scale_error : relative standard error that all its lengths share, as a motion states it; 0 where nothing is stated.
+    pixel : length of a pixel in the unit of the signal, of a motion that was seen in pictures; else None.
     """
 
     time: Array
@@ -61,6 +62,7 @@ class Record:
     weight: Array | None = None
     error: float | None = None
     scale_error: float = 0.0
+    pixel: float | None = None
 
     @property
     def step(self) -> float:
@@ -186,7 +188,19 @@ def as_record(source: Any, rig: Rig) -> Record:
             f"all lengths share a relative standard error of {100 * scale_error:.2g} % (scale_error of the motion), and so "
             "do the forces k x; force_error does not hold it, and of the intervals only those of --trajectories do"
         )
-    return Record(time, signal, table.source, tuple(notes), weight, error, scale_error)
+    pixel = _pixel(table, column)
+    return Record(time, signal, table.source, tuple(notes), weight, error, scale_error, pixel)
+
+
+def _pixel(table: Table, column: str) -> float | None:
+    """Length of a pixel in the unit of a column, None where the table does not have the column in pixels too."""
+    seen = table.columns.get(f"{column}_px")
+    if seen is None or len(seen) != len(table.columns[column]):
+        return 1.0 if table.unit_of(column) == "px" else None
+    good = np.isfinite(seen) & np.isfinite(table.columns[column])
+    spread = seen[good] - seen[good].mean()
+    pixel = abs(float(spread @ table.columns[column][good])) / max(float(spread @ spread), 1e-300)
+    return pixel if pixel > 0 else None
 
 
 def in_window(time: Array, window: tuple[float, float] | None) -> npt.NDArray[np.bool_]:

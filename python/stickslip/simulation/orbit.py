@@ -18,7 +18,7 @@ from stickslip.errors import InputError
 from stickslip.files.netcdf import read_tree, write_netcdf
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System, system_from_dict
-from stickslip.simulation.regimes import regime_of
+from stickslip.simulation.regimes import regime_of, regime_of_stop
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,10 +27,6 @@ if TYPE_CHECKING:
 #: The columns of a sampled motion, and of the events in a file.
 COLUMNS = ("x", "v", "a", "slip_velocity", "force", "stuck")
 EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
-#: The regime of a run whose numbers left their range, by why it stopped: what it did before says nothing.
-OUT_OF_RANGE = {"diverged": "diverged", "not_a_number": "unfinished"}
-#: Why runs stop before their time. Less than a natural period of such a run is not enough to tell its regime.
-BEFORE_ITS_TIME = ("max_events", "max_seconds", "stiff", "solver")
 
 
 @cache
@@ -236,10 +232,9 @@ class Orbit(InNotebook):
             raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
         if not 0 <= contact < self._contacts:
             raise InputError(f"regime: contact must lie from 0 to {self._contacts - 1}, got {contact}")
-        if self.stop in OUT_OF_RANGE:
-            return OUT_OF_RANGE[self.stop]
-        if self.stop in BEFORE_ITS_TIME and self.t_end < self.system.natural_period < np.inf:
-            return "unfinished"
+        enough = not self.t_end < self.system.natural_period < np.inf
+        if (stopped := regime_of_stop(self.stop, enough)) is not None:
+            return stopped
         start = transient * self.t_end
         times = self.times()
         late = self._all(times[times >= start])

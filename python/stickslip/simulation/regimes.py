@@ -45,3 +45,18 @@ def regime_of(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> s
     ('almost_harmonic', 'stick_slip')
     """
     return _core.regime(stuck_share, sticks, w_min, w_max)
+
+
+def regime_of_stop(stop: str, enough: bool) -> str | None:
+    """What the stop of a run says of its regime by itself; None where the motion is to be looked at.
+
+    Parameters
+    ----------
+    stop : why the run ended.
+    enough : whether so much of the motion was seen that a run which ended before its time tells its regime all the same.
+
+    >>> regime_of_stop("diverged", True), regime_of_stop("accumulation", False), regime_of_stop("t_end", False)
+    ('diverged', 'unfinished', None)
+    """
+    # The integrator of laws with an internal state has a stop of its own, for the same reason.
+    return _core.regime_of_stop("stiff" if stop == "solver" else stop, enough)

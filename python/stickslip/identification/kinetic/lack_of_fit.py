@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.identification.kinetic.curves import Rows, linear_losses
-from stickslip.identification.kinetic.force_fit import Problem
+from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.misfit import PART, SURE, behind
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.kinetic.steady_rows import beside_sticks

@@ -18,7 +18,8 @@ from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import half_width
 from stickslip.identification.guesses.evidence import BreakAways, Guess
 from stickslip.identification.guesses.first_guess import GUESSES
-from stickslip.identification.kinetic.force_fit import OFFSET, Problem, fit_branches
+from stickslip.identification.kinetic.force_fit import fit_branches
+from stickslip.identification.kinetic.force_residuals import OFFSET, Problem
 from stickslip.identification.law_fit import LawFit, Options
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification

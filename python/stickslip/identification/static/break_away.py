@@ -107,7 +107,8 @@ class StaticFriction(Result):
 
     Attributes
     ----------
-    rows : the break-aways that were used, with the column ``level``: the kinetic force of the slip that followed.
+    rows : the break-aways that were used, with the column ``level``: the kinetic force of the slip that followed; where
+        `relative`, ``force_error`` is that of the force above it.
     relative : whether the force is fitted above the kinetic force of its own slip, as friction drifts along the record.
     level : what was added back then, the mean kinetic force.
     fits : by name of the form.
@@ -298,9 +299,13 @@ def fit_static_friction(friction: Any) -> StaticFriction:
                 "force are left out; give the drop of each break-away."
             )
     rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
+    zero = 0.0
+    if relative:  # an error of the zero is in a break-away and in its slip alike, and comes back with the level alone
+        zero = math.sqrt(float(np.mean(rows.groupby("record")["common"].first() ** 2)) / rows["record"].nunique())
+        rows = rows.assign(force_error=own_error(rows["force_error"], rows["common"]), common=0.0)
     constraints = tied(rows)
     rows["on_line"] = False if relative else on_loading_line(rows)
-    fits = _fits(rows, level, rates_differ=not constraints)
+    fits = _fits(rows, level, zero, rates_differ=not constraints)
     alike = without_growth(rows) if not relative else []
     chosen, sentence = ("constant", alike[0]) if alike else _choose(fits)
     found = StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=[])
@@ -527,13 +532,14 @@ def threshold(rows: pd.DataFrame) -> list[str]:
     ]
 
 
-def _fits(rows: pd.DataFrame, level: float, rates_differ: bool) -> dict[str, StaticFit]:
+def _fits(rows: pd.DataFrame, level: float, zero: float, rates_differ: bool) -> dict[str, StaticFit]:
     columns = (rows[name].to_numpy() for name in ("stick_time", "force_rate", "used"))
     time, rate, force = columns
-    return {form.name: _fit(rows, form) for form in forms(time, np.abs(rate), force, level, rates_differ)}
+    return {form.name: _fit(rows, form, zero) for form in forms(time, np.abs(rate), force, level, rates_differ)}
 
 
-def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
+def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
+    """A form fitted; `zero` is the standard error of all forces together, which moves its level and nothing else."""
     time, force = rows["stick_time"].to_numpy(), rows["used"].to_numpy()
     rate = rows["force_rate"].abs().to_numpy()
     late = common_error(rows)
@@ -576,6 +582,8 @@ def _fit(rows: pd.DataFrame, form: Form) -> StaticFit:
     order = np.append(order, np.arange(count, count + len(high)))
     covariance, freedom = correlated_covariance(found.jacobian[order], found.residuals[order], max(variance, 1e-24))
     covariance[np.diag_indices(free)] += np.where(_undetermined(found.jacobian), math.inf, 0.0)
+    if form.names[0] == "f0":
+        covariance[0, 0] += zero**2
     numbers = Parameters([Parameter(name, logarithmic=name in BY_RATIO) for name in form.names])
     table, _ = estimate(numbers, found.vector, covariance, freedom)
     squares = (own / sigma) ** 2

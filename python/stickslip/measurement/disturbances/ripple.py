@@ -40,6 +40,8 @@ MOST_RELEASING = 100.0
 """Most that the phases of break-aways count, in deviance."""
 TWO_NUMBERS = 6.0
 """What the mean and the width of those phases cost."""
+PIXEL_HARMONICS = 2
+"""Of the error within a pixel: in the middle and at the edge it is none."""
 FASTEST = 0.4
 """Highest frequency of a line in cycles a sample."""
 
@@ -209,7 +211,13 @@ class _Samples:
 
 
 def find_ripple(
-    time: Array, extension: Array, weight: Array, sticks: list[Stick], noise: float, mains: float | None = None
+    time: Array,
+    extension: Array,
+    weight: Array,
+    sticks: list[Stick],
+    noise: float,
+    mains: float | None = None,
+    pixel: float | None = None,
 ) -> Ripple | None:
     """The lines that the middle halves of all sticks share, beside one slope and a level of each; None without any.
 
@@ -222,6 +230,8 @@ def find_ripple(
     sticks : first guesses.
     noise : standard deviation of its samples.
     mains : frequency in Hz of a line that was subtracted: what is left of it is no ripple.
+    pixel : length of a pixel of a film. Where a marker is seen between two pixels its position is a little wrong, the same in
+        each pixel: a line at the rate at which sticks go over pixels, as the frames show it, is the camera's.
     """
     parts = _seen([stick.middle_half for stick in sticks], time, weight)
     if len(parts) < LEAST_STICKS:
@@ -234,12 +244,17 @@ def find_ripple(
     rates = np.zeros(0)
     _, left = samples.fitted(rates, origin)
     variance = max(noise**2, 1e-300)
+    no_ripple = [] if mains is None else [mains]
+    if pixel is not None:
+        speeds = [abs(np.polyfit(time[part], extension[part], 1)[0]) for part in parts]
+        crossing = float(np.median(speeds)) / pixel * step * np.arange(1, PIXEL_HARMONICS + 1)  # in pixels a frame
+        no_ripple += (np.abs(crossing - np.round(crossing)) / step).tolist()
     while len(rates) < MOST_LINES:
         best, least = 0.0, left
         for rate in _candidates(samples, coarse, rates, origin, step, lasting):
             found, rest = _refined(samples, rates, rate, origin)
-            subtracted = mains is not None and abs(found / (2 * math.pi) - mains) < 1 / lasting
-            if rest < least and not subtracted and _shared(found, lasting, starts):
+            known = any(abs(found / (2 * math.pi) - frequency) < 1 / lasting for frequency in no_ripple)
+            if rest < least and not known and _shared(found, lasting, starts):
                 best, least = found, rest
         # what is not white beside the line makes it less sure
         scale = max(variance, least / max(float(samples.weight.sum()) - len(parts) - 3, 1.0))

@@ -15,6 +15,10 @@ MAD_TO_SIGMA = 1.4826
 
 BAND = 7.0
 """Within so many standard deviations lie all samples of a level with noise."""
+PILED = 5.0
+"""Readings at the end of the range for each one at the values next to it."""
+FEWEST = 6
+"""Equal readings at the end of a range: two runs of three."""
 FLAT = 12
 """Fewest samples of a flat that has noise."""
 
@@ -107,11 +111,29 @@ def stretches(mask: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
+def piled(upward: Array, fewest: int) -> bool:
+    """Whether readings pile up at the largest value, as those of an instrument do whose range ends there.
+
+    They do where at least five times as many have it as each of the five values below it.
+
+    Parameters
+    ----------
+    upward : (n,) readings.
+    fewest : so many of them at least, and of values: the more, the less else speaks for an end of the range.
+
+    >>> saw = np.arange(1000) % 50 / 50.0
+    >>> piled(saw, 6), piled(np.minimum(saw, 0.84), 6)
+    (False, True)
+    """
+    values, counts = np.unique(upward, return_counts=True)
+    return bool(len(values) >= fewest and counts[-1] >= max(fewest, PILED * counts[-6:-1].max()))
+
+
 def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     """Samples at the end of an instrument's range, where it would have read on.
 
-    The readings at the largest (or the smallest) value are taken for clipped where there are five times as many as of
-    each value beside it, and where the line through the eight samples before a run of at least three of them goes on,
+    The readings at the largest (or the smallest) value are taken for clipped where they pile up there (:func:`piled`), and
+    where the line through the eight samples before a run of at least three of them goes on,
     in most runs, by more than five sigmas. So are those of an amplifier that saturates ahead of the converter, whose flats
     have the noise of the rest: the readings of the highest band of noise, where they are as many, scatter in runs of at
     least twelve by no more than noise about one level, and come of such lines.
@@ -132,15 +154,15 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     (0, 160)
     """
     found = np.zeros(len(signal), dtype=bool)
+    if len(np.unique(signal)) < FEWEST:
+        return found
     for upward in (signal, -signal):
-        values, counts = np.unique(upward, return_counts=True)
-        if len(values) < 6:
-            continue
-        if counts[-1] >= 5 * counts[-6:-1].mean():
-            at_end, least, end = upward == values[-1], 3, values[-1]
+        end = float(upward.max())
+        if piled(upward, FEWEST):
+            at_end, least = upward == end, 3
         else:
-            at_end, least = upward > values[-1] - BAND * noise, FLAT
-            bands = [np.count_nonzero(upward > values[-1] - count * BAND * noise) for count in (1, 6)]
+            at_end, least = upward > end - BAND * noise, FLAT
+            bands = [np.count_nonzero(upward > end - count * BAND * noise) for count in (1, 6)]
             if bands[0] < bands[1] - bands[0]:
                 continue
             end = float(np.median(upward[at_end]))

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from stickslip.measurement.signals.noise import piled
+
 Array = npt.NDArray[np.float64]
 
 FAR = 5.0
 """A value that lies outside all others by more than this many of their spans is a code."""
 FEWEST = 20
 """Equal readings, and values beside them, that saturation must show at least."""
-PILED = 5.0
-"""Readings at the end of the range for each one at the values next to it."""
 FROZEN = 50
 """Equal readings in a row, where no other run is longer than a tenth of this."""
 
@@ -53,10 +53,13 @@ def reading_faults(readings: Array, time: Array, *, noisy: bool) -> list[str]:
     lengths, values = np.diff(edges), readings[edges[:-1]]
     if np.median(lengths) > 1:
         return said
-    ends = [end for end in (readings.max(), readings.min()) if end != 0 and _piled(readings, float(end))]
-    for end in ends:
+    ends = []
+    for which, side in (("largest", 1), ("smallest", -1)):
+        end = side * (side * readings).max()
+        if end == 0 or not piled(side * readings, FEWEST):
+            continue
+        ends.append(end)
         at_end = readings == end
-        which = "largest" if end == readings.max() else "smallest"
         said.append(
             f"{np.count_nonzero(at_end)} readings ({100 * at_end.mean():.2g} %) equal the {which} value, {end:g}: saturated? "
             "friction beyond it is not seen; widen the range"
@@ -87,9 +90,3 @@ def _codes(readings: Array) -> list[float]:
         found.append(float(values[end]))
         values, counts = np.delete(values, end), np.delete(counts, end)
     return found
-
-
-def _piled(readings: Array, end: float) -> bool:
-    """Whether readings pile up at an end of the range."""
-    values, counts = np.unique(readings if end == readings.max() else -readings, return_counts=True)
-    return bool(len(values) > FEWEST and counts[-1] >= max(FEWEST, PILED * counts[-6:-1].max()))
