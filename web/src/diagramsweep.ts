@@ -8,8 +8,6 @@ const COLUMNS = 300;
 /** Periods that are left out in each column, and after which one that repeats already is done: where forcing or many masses make that rare, never. */
 const TRANSIENT = 60;
 const EARLY = 12;
-/** Forcing periods that are looked at, and points of each column: fewer than of a single motion, so that the picture comes at once. */
-const FORCED = 60;
 
 export class DiagramSweep {
   /** Columns that have come: up and down. */
@@ -39,9 +37,8 @@ export class DiagramSweep {
   /** Sweep anew, unless this is what was swept last and no column of it is missing. */
   start(state: State): void {
     const { names, row } = varied(state, state.diagram.over);
-    const forced = state.system["forcing"].length > 0;
-    const early = forced || state.chain.masses > 1 ? 0 : EARLY;
-    const question = { system: documentOf(state), names, look: { ...lookOf(state, TRANSIENT), early, ...(forced && { window: FORCED, points: FORCED }) }, x0: state.start.x0?.[0] ?? 0, chain: true };
+    const early = state.system["forcing"].length || state.chain.masses > 1 ? 0 : EARLY;
+    const question = { system: documentOf(state), names, look: { ...lookOf(state, TRANSIENT), early }, x0: state.start.x0?.[0] ?? 0, chain: true };
     const asked = JSON.stringify([question, state.diagram]);
     if (asked === this.asked && !this.diagram.lost.length) return;
     this.clear(state);

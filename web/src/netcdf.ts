@@ -4,11 +4,11 @@
 const NOWHERE = 2 ** 64;
 
 /** The columns of numbers by their names, those of a group by `group/name`; null where the file is none or is written in another way. */
-export function columnsOf(bytes: ArrayBuffer): Map<string, number[]> | null {
+export function columnsOf(bytes: ArrayBuffer): Map<string, Float64Array> | null {
   const view = new DataView(bytes);
   const size = (at: number, bits = 64): number => (bits === 8 ? view.getUint8(at) : bits === 16 ? view.getUint16(at, true) : bits === 32 ? view.getUint32(at, true) : Number(view.getBigUint64(at, true)));
   const word = (at: number, length: number) => new TextDecoder().decode(new Uint8Array(bytes, at, length));
-  const found = new Map<string, number[]>();
+  const found = new Map<string, Float64Array>();
 
   /** The messages of an object: where the body of each begins, by its kind. */
   const messages = (object: number): [kind: number, at: number][] => {
@@ -69,7 +69,9 @@ export function columnsOf(bytes: ArrayBuffer): Map<string, number[]> | null {
     const little = !(size(type + 1, 8) & 1);
     if (kind > 1 || from + wide * count > bytes.byteLength) return;
     const one = (at: number) => (kind ? (wide === 8 ? view.getFloat64(at, little) : view.getFloat32(at, little)) : wide === 8 ? Number(view.getBigInt64(at, little)) : wide === 4 ? view.getInt32(at, little) : wide === 2 ? view.getInt16(at, little) : view.getInt8(at));
-    found.set(name, Array.from({ length: count }, (_, i) => one(from + wide * i)));
+    const all = new Float64Array(count);
+    for (let i = 0; i < count; i++) all[i] = one(from + wide * i);
+    found.set(name, all);
   };
 
   const visit = (object: number, path: string, depth: number) => {

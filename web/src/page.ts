@@ -135,6 +135,8 @@ export class Page {
     this.play(this.playing);
     this.showMoment();
     new ResizeObserver(() => (this.stale = true)).observe($("panels"));
+    // On a phone the rig stays on top, under the words on the motion.
+    new ResizeObserver(() => document.body.style.setProperty("--facts", `${$("facts").offsetHeight}px`)).observe($("facts"));
     this.update();
     requestAnimationFrame((now) => this.frame(now));
   }
@@ -311,12 +313,12 @@ export class Page {
   /** A file that was dropped: a record of the rig on the page, beside those that are there, or a page that was saved; or what is wrong with it. */
   read(name: string, content: string | ArrayBuffer): void {
     try {
-      const text = typeof content === "string" ? content : new TextDecoder().decode(content);
+      const columns = typeof content === "string" ? null : columnsOf(content);
+      const text = columns ? "" : typeof content === "string" ? content : new TextDecoder().decode(content);
       const page = /^\s*<!doctype html/i.test(text) ? new DOMParser().parseFromString(text, "text/html") : null;
       if (page) return this.take(name, page);
       const { stiffness, drive_velocity, forcing } = this.state.system;
       const push = (t: number) => forcing.reduce((sum: number, { amplitude, frequency, phase = 0 }: Document) => sum + amplitude * frequency * Math.sin(frequency * t + phase), 0);
-      const columns = typeof content === "string" ? null : columnsOf(content);
       const rig = { drive: drive_velocity, stiffness, adhesion: (t: number) => stiffness * drive_velocity + push(t) };
       const record = columns ? ofColumns(name, columns, rig) : readRecord(name, text, rig);
       this.measure([...this.records.filter((one) => one.name !== name), record]);

@@ -81,29 +81,58 @@ export function readRecord(name: string, text: string, { drive, adhesion }: Rig)
     w: w.map((one, i) => (stuck[i] || Math.abs(one) < 1e-12 * fast ? 0 : one)), force, stuck, x: x.length ? x : null, error: error.length ? error : null, ...sticks(t, force, stuck, adhesion) };
 }
 
+const middle = (values: number[]) => {
+  const sorted = values.toSorted((a, b) => a - b);
+  return (sorted[(sorted.length - 1) >> 1]! + sorted[sorted.length >> 1]!) / 2;
+};
+/** How far half of the values lie from their middle. */
+const scatter = (values: number[]) => {
+  const at = middle(values);
+  return middle(values.map((value) => Math.abs(value - at)));
+};
+const mean = (values: ArrayLike<number>) => Array.prototype.reduce.call(values, (sum: any, one) => sum + one, 0) as number / values.length;
+
+/** Break-aways of a friction file. Where friction drifts along the record each is that above the kinetic force of its own slip, as `stickslip identify` takes it. */
+function brokenAway(columns: Map<string, Float64Array>, time: Float64Array, w: Float64Array, load: Float64Array, stick: Float64Array): Measured["breaks"] {
+  const [at, times, rates, broken] = ["t", "stick_time", "force_rate", "force"].map((key) => columns.get(`break_away/${key}`)!) as [Float64Array, Float64Array, Float64Array, Float64Array];
+  let i = 0;
+  const rows = Array.from(broken, (force, k): [number, number, number, number] => {
+    let [path, work] = [0, 0];
+    while (i < time.length && (time[i]! < at[k]! || stick[i])) i++;
+    for (; i < time.length && !stick[i]; i++) {
+      path += Math.abs(w[i]!);
+      work += Math.abs(w[i]!) * load[i]!;
+    }
+    return [times[k]!, rates[k]!, force, work / path];
+  }).filter((row) => row.every(Number.isFinite));
+  const levels = rows.map((row) => row[3]);
+  const drifts = rows.length >= 5 && scatter(rows.map((row) => row[2] - row[3])) <= 0.7 * scatter(rows.map((row) => row[2]));
+  const usual = mean(levels);
+  return rows.map(([rest, rate, force, level]) => [rest, rate, drifts ? force - level + usual : force]);
+}
+
 /** The columns of a friction file, with its own break-aways, or of an orbit. */
-export function ofColumns(name: string, columns: Map<string, number[]>, { drive, stiffness, adhesion }: Rig): Measured {
+export function ofColumns(name: string, columns: Map<string, Float64Array>, { drive, stiffness, adhesion }: Rig): Measured {
   const [time, speed, load, stick] = ["time", "slip_velocity", "force", "stuck"].map((key) => columns.get(key));
   if (!time || !speed || !load || !stick) throw new Refused(`${name}: expected the columns time, slip_velocity, force and stuck, got ${[...columns.keys()].slice(0, 8).join(", ")}; choose a file of stickslip measure or simulate`);
   const stride = Math.max(1, Math.floor(stick.filter((one) => !one).length / SAMPLES));
   // Of each slip every n-th sample and its last, of each stick both ends.
-  const rows = time.flatMap((t, i) => {
+  const rows: number[] = [];
+  time.forEach((t, i) => {
     const kept = stick[i] !== stick[i - 1] || stick[i] !== stick[i + 1] || (!stick[i] && i % stride === 0);
-    return kept && Number.isFinite(t + speed[i]! + load[i]!) ? [i] : [];
+    if (kept && Number.isFinite(t + speed[i]! + load[i]!)) rows.push(i);
   });
-  const pick = (column: number[] | undefined) => (column ? rows.map((i) => column[i]!) : null);
+  const pick = (column: Float64Array | undefined) => (column ? rows.map((i) => column[i]!) : null);
   const [start, stuck, force, error, where] = [time[rows[0]!]!, rows.map((i) => stick[i] !== 0), pick(load)!, pick(columns.get("force_error")), pick(columns.get("displacement") ?? columns.get("x"))];
   const t = rows.map((i) => time[i]! - start);
-  const mean = (all: number[]) => all.reduce((sum, one) => sum + one, 0) / all.length;
   // On the mean the spring carries the friction; where a sensor has its zero says nothing.
   const shift = where && columns.has("displacement") ? mean(load) / stiffness - mean(where) : 0;
-  const [times, rates, broken] = ["stick_time", "force_rate", "force"].map((key) => columns.get(`break_away/${key}`));
-  const breaks = (broken ?? []).map((one, i): [number, number, number] => [times![i]!, rates![i]!, one]).filter((row) => row.every(Number.isFinite));
-  const own = sticks(t, force, stuck, adhesion);
+  const { rate, breaks } = sticks(t, force, stuck, adhesion);
   const velocity = columns.get("velocity") ?? columns.get("v");
+  const measured = columns.has("break_away/force");
   return {
-    name, t, force, stuck, error: error?.some(Boolean) ? error : null, w: rows.map((i) => (stick[i] ? 0 : speed[i]!)), x: where && where.map((x) => x + shift),
-    drive: velocity ? speed[rows[0]!]! + velocity[rows[0]!]! : drive, rate: own.rate, breaks: broken ? breaks : own.breaks, ...(broken && { file: name }),
+    name, t, force, stuck, rate, error: error?.some(Boolean) ? error : null, w: rows.map((i) => (stick[i] ? 0 : speed[i]!)), x: where && where.map((x) => x + shift),
+    drive: velocity ? speed[rows[0]!]! + velocity[rows[0]!]! : drive, ...(measured ? { breaks: brokenAway(columns, time, speed, load, stick), file: name } : { breaks }),
   };
 }
 
