@@ -3,10 +3,12 @@
 import json
 import re
 import shutil
+from base64 import b64encode
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from explorer_page import FRAME, drawn, facts
 from matplotlib.figure import Figure
 from PIL import Image
@@ -134,7 +136,7 @@ def value_of(state, path):
         ("t,w,force\n0,1,2\n1,x,2", "row 3, column w: expected a number, got “x”"),
         ("t,w,force\n0,1,2", "expected at least 10 rows, got 1"),
         ('{"t": [1', "expected a record as JSON"),
-        ("\ufffdHDF\r\n", "run stickslip explore run.csv, which opens this page with it inside"),
+        ("\ufffdHDF\r\n", "run stickslip explore run.csv, which reads more of them"),
         ("<!doctype html><p>", "expected a page that Save page or stickslip explore wrote"),
     ],
 )
@@ -145,11 +147,13 @@ def test_a_file_that_is_no_record_is_refused_with_a_sentence(opened, text, sente
     assert sentence in said
 
 
-def drop(browser, name, text):
+def drop(browser, name, content):
     """Let a file fall on the page."""
+    data = b64encode(content if isinstance(content, bytes) else content.encode()).decode()
     browser.run(
         f"""(() => {{ const files = new DataTransfer();
-        files.items.add(new File([{json.dumps(text)}], {json.dumps(name)}));
+        const bytes = Uint8Array.from(atob('{data}'), (letter) => letter.charCodeAt(0));
+        files.items.add(new File([bytes], {json.dumps(name)}));
         dispatchEvent(new DragEvent('drop', {{ dataTransfer: files, cancelable: true }})); }})()"""
     )
 
@@ -162,6 +166,56 @@ def test_a_saved_page_that_is_dropped_brings_its_motion_and_its_records(opened, 
     drop(opened, "saved.html", saved)
     opened.wait("explorer.records.length === 1")
     assert facts(opened) == said
+
+
+@pytest.mark.parametrize("drift", [0.0, 0.5])
+def test_a_friction_file_that_is_dropped_is_the_record_that_the_command_puts_in(opened, tmp_path, drift):
+    examples = Path(ss.__file__).parent / "examples"
+    friction = tmp_path / "friction.nc"
+    ss.measure(examples / "block.csv", examples / "block.toml").to_netcdf(friction)
+    if drift:
+        with xr.open_datatree(friction) as tree:
+            tree = tree.load()
+        tree["force"] = tree["force"] + drift * (tree["time"] - 2.0)
+        tree["break_away/force"] = tree["break_away/force"] + drift * (tree["break_away/t"] - 2.0)
+        friction = tmp_path / "drifting.nc"
+        tree.to_netcdf(friction, engine="h5netcdf")
+    (put,) = content_of(friction)["records"]
+    opened.run("explorer.change([['system.stiffness', 600], ['system.drive_velocity', 0.07]])")
+    opened.run(FRAME)
+    drop(opened, friction.name, friction.read_bytes())
+    opened.wait("explorer.records.length === 1")
+    (found,) = opened.run("explorer.records")
+    assert found["drive"] == pytest.approx(put["drive"])
+    assert found["file"] == friction.name
+    np.testing.assert_allclose(found["breaks"], put["breaks"], rtol=1e-3)
+    assert np.ptp([force for _, _, force in found["breaks"]]) < 0.1  # what drifts is taken off
+    # Both keep every sample of a slip; the command smooths w where it turns.
+    here, there = (dict(zip(np.round(one["t"], 6), one["force"], strict=True)) for one in (found, put))
+    both = here.keys() & there.keys()
+    assert len(both) > 0.9 * len(there)
+    np.testing.assert_allclose([here[t] for t in both], [there[t] for t in both], rtol=1e-4)
+    np.testing.assert_allclose(np.ptp(found["x"]), np.ptp(put["x"]), rtol=1e-3)
+
+
+def test_an_orbit_that_is_dropped_lies_on_the_motion_of_its_system(opened, tmp_path):
+    (tmp_path / "system.toml").write_text(opened.run("explorer.toml()"))
+    orbit = tmp_path / "orbit.nc"
+    system, settings = load_system_document(tmp_path / "system.toml")
+    ss.simulate(system, **settings).save(orbit)
+    drop(opened, "orbit.nc", orbit.read_bytes())
+    opened.wait("explorer.records.length === 1")
+    assert opened.run("explorer.records[0].breaks.length > 5")
+    assert float(re.search(r"rms\): (\S+) while", said_of_the_record(opened))[1].replace("−", "-")) < 1e-3
+
+
+def test_a_packed_netcdf_file_is_refused_with_the_command_that_reads_it(opened, tmp_path):
+    xr.Dataset({"time": ("t", np.arange(50.0))}).to_netcdf(
+        tmp_path / "a.nc", engine="h5netcdf", encoding={"time": {"zlib": True}}
+    )
+    drop(opened, "a.nc", (tmp_path / "a.nc").read_bytes())
+    opened.wait("document.getElementById('facts').textContent.startsWith('a.nc')")
+    assert "run stickslip explore a.nc" in opened.run("document.getElementById('facts').textContent")
 
 
 def test_several_records_are_fitted_together(opened):

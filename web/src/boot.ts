@@ -1,6 +1,6 @@
 /** Unpacks the program of a page and runs it: packed it takes half the room. */
-import { fromBase85, unlzma } from "./lzma";
+import { fromText, unlzma } from "./lzma";
 
 const program = document.createElement("script");
-program.textContent = new TextDecoder().decode(unlzma(fromBase85(document.getElementById("program")!.textContent!.trim())));
+program.textContent = new TextDecoder().decode(unlzma(fromText(document.getElementById("program")!.textContent!.trim())));
 document.currentScript!.after(program);

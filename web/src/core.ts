@@ -1,6 +1,6 @@
 /** The core as WebAssembly: a question in JSON, words and numbers back. The only file that knows the module's memory. */
 
-import { fromBase85, unlzma } from "./lzma";
+import { fromText, unlzma } from "./lzma";
 
 interface Exports {
   memory: WebAssembly.Memory;
@@ -62,4 +62,4 @@ export class Core {
 }
 
 /** The module from the packed text of its element. */
-export const unpack = (text: string): Promise<WebAssembly.Module> => WebAssembly.compile(unlzma(fromBase85(text.trim())));
+export const unpack = (text: string): Promise<WebAssembly.Module> => WebAssembly.compile(unlzma(fromText(text.trim())));

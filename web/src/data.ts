@@ -1,5 +1,5 @@
 /** What stands in the page beside the script: laws, presets, state, the packed core. */
-import { fromBase85, unlzma } from "./lzma";
+import { fromText, unlzma } from "./lzma";
 import type { Measured } from "./record";
 import type { Preset, State } from "./state";
 
@@ -41,6 +41,6 @@ export function read<T>(id: string): T {
 }
 
 /** Packed as the core is: words take a third of their room. */
-export const data = (): Data => JSON.parse(new TextDecoder().decode(unlzma(fromBase85(document.getElementById("data")!.textContent!.trim())))) as Data;
+export const data = (): Data => JSON.parse(new TextDecoder().decode(unlzma(fromText(document.getElementById("data")!.textContent!.trim())))) as Data;
 export const savedState = (): State | null => read<State | null>("state");
 export const savedRecords = (): Measured[] => read<Measured[] | null>("records") ?? [];

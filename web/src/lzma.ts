@@ -1,20 +1,20 @@
 /** The core is packed by LZMA, a third smaller than by the gzip that browsers undo themselves. Format: LZMA SDK, `lzma-specification.txt`. */
 
-const LETTERS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;,=>?@^_`{|}~";
-
-/** Bytes from five letters for each four (RFC 1924, with a comma for "<"), a quarter longer than they; base64 is a third longer. */
-export function fromBase85(text: string): Uint8Array {
-  const digits = new Uint8Array(128);
-  for (let i = 0; i < LETTERS.length; i++) digits[LETTERS.charCodeAt(i)] = i;
-  const missing = (5 - (text.length % 5)) % 5;
-  const whole = text + "~".repeat(missing);
-  const bytes = new DataView(new ArrayBuffer((whole.length / 5) * 4));
-  for (let i = 0; i < whole.length; i += 5) {
-    let number = 0;
-    for (let k = i; k < i + 5; k++) number = 85 * number + digits[whole.charCodeAt(k)]!;
-    bytes.setUint32((i / 5) * 4, number);
+/** Bytes from two letters for 13 or 14 bits each, as `packing.py` writes them; perhaps one byte 0 more. */
+export function fromText(text: string): Uint8Array {
+  const bytes = new Uint8Array(text.length);
+  // 93 letters from "!" on, without "<".
+  const digit = (at: number) => (at < text.length ? text.charCodeAt(at) - (text.charCodeAt(at) > 60 ? 34 : 33) : 0);
+  let [bits, count, done] = [0, 0, 0];
+  for (let i = 0; i < text.length; i += 2) {
+    const number = digit(i) + 93 * digit(i + 1);
+    bits |= number << count;
+    for (count += (number & 8191) < 93 * 93 - 8192 ? 14 : 13; count > 7; count -= 8) {
+      bytes[done++] = bits & 255;
+      bits >>>= 8;
+    }
   }
-  return new Uint8Array(bytes.buffer, 0, bytes.byteLength - missing);
+  return bytes.subarray(0, done);
 }
 
 /** Tables of probabilities, each that a bit is 0, in parts of 2048. */

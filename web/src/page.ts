@@ -9,6 +9,7 @@ import { sayMotion, sceneOf, settle } from "./facts";
 import { type Fit, judge } from "./fit";
 import { Jobs } from "./jobs";
 import { Lessons } from "./lessons";
+import { columnsOf } from "./netcdf";
 import { type Orbit, simulate } from "./orbit";
 import { Diagram } from "./panels/diagram";
 import { Displacement } from "./panels/displacement";
@@ -22,7 +23,7 @@ import { Rig } from "./panels/rig";
 import { Spectrum } from "./panels/spectrum";
 import { Surface } from "./panels/surface";
 import { type Plot, type Range, neat } from "./plot";
-import { type Measured, readRecord } from "./record";
+import { type Measured, ofColumns, readRecord } from "./record";
 import { RecordBox, free } from "./recordbox";
 import { Sound } from "./sound";
 import { type Document, type State, fromLink, get, presetState, put, toLink, toToml } from "./state";
@@ -134,6 +135,8 @@ export class Page {
     this.play(this.playing);
     this.showMoment();
     new ResizeObserver(() => (this.stale = true)).observe($("panels"));
+    // On a phone the rig stays on top, under the words on the motion.
+    new ResizeObserver(() => document.body.style.setProperty("--facts", `${$("facts").offsetHeight}px`)).observe($("facts"));
     this.update();
     requestAnimationFrame((now) => this.frame(now));
   }
@@ -308,13 +311,16 @@ export class Page {
   }
 
   /** A file that was dropped: a record of the rig on the page, beside those that are there, or a page that was saved; or what is wrong with it. */
-  read(name: string, text: string): void {
+  read(name: string, content: string | ArrayBuffer): void {
     try {
+      const columns = typeof content === "string" ? null : columnsOf(content);
+      const text = columns ? "" : typeof content === "string" ? content : new TextDecoder().decode(content);
       const page = /^\s*<!doctype html/i.test(text) ? new DOMParser().parseFromString(text, "text/html") : null;
       if (page) return this.take(name, page);
       const { stiffness, drive_velocity, forcing } = this.state.system;
       const push = (t: number) => forcing.reduce((sum: number, { amplitude, frequency, phase = 0 }: Document) => sum + amplitude * frequency * Math.sin(frequency * t + phase), 0);
-      const record = readRecord(name, text, drive_velocity, (t) => stiffness * drive_velocity + push(t));
+      const rig = { drive: drive_velocity, stiffness, adhesion: (t: number) => stiffness * drive_velocity + push(t) };
+      const record = columns ? ofColumns(name, columns, rig) : readRecord(name, text, rig);
       this.measure([...this.records.filter((one) => one.name !== name), record]);
     } catch (error) {
       if (!(error instanceof Refused)) throw error;

@@ -30,10 +30,20 @@ const NAMES: Record<string, string[]> = {
   stuck: ["stuck", "branch"],
 };
 
-/** Read a CSV file with named columns, or a record as JSON, of a rig with such a drive; `adhesion` is the force rate that it would put on a stick at a time. */
-export function readRecord(name: string, text: string, drive: number, adhesion: (t: number) => number): Measured {
+/** Samples of slips that are drawn and fitted, about. */
+const SAMPLES = 3000;
+
+/** The rig that a record is read for: the velocity of its drive, its stiffness, and the force rate that it would put on a stick at a time. */
+export interface Rig {
+  drive: number;
+  stiffness: number;
+  adhesion(t: number): number;
+}
+
+/** Read a CSV file with named columns, or a record as JSON. */
+export function readRecord(name: string, text: string, { drive, adhesion }: Rig): Measured {
   if (/^\uFFFDHDF|^CDF[\x01\x02\x05]/.test(text) || /\.(nc|toml|md)$/i.test(name))
-    throw new Refused(`${name}: expected a CSV file or a page that was saved, got one that the command line reads; run stickslip explore ${name}, which opens this page with it inside`);
+    throw new Refused(`${name}: expected a CSV file, a page that was saved, or a netCDF file of stickslip measure or simulate, got another file; run stickslip explore ${name}, which reads more of them`);
   if (/^\s*\{/.test(text)) {
     let record: Measured;
     try {
@@ -69,6 +79,61 @@ export function readRecord(name: string, text: string, drive: number, adhesion: 
   const stuck = w.map((one, i) => (mark.length ? (branch ? mark[i]! < 0 : mark[i] !== 0) : Math.abs(one) < 1e-6 * fast));
   return { name, t, drive, // At its end a slip is as fast as rounding lets it be.
     w: w.map((one, i) => (stuck[i] || Math.abs(one) < 1e-12 * fast ? 0 : one)), force, stuck, x: x.length ? x : null, error: error.length ? error : null, ...sticks(t, force, stuck, adhesion) };
+}
+
+const middle = (values: number[]) => {
+  const sorted = values.toSorted((a, b) => a - b);
+  return (sorted[(sorted.length - 1) >> 1]! + sorted[sorted.length >> 1]!) / 2;
+};
+/** How far half of the values lie from their middle. */
+const scatter = (values: number[]) => {
+  const at = middle(values);
+  return middle(values.map((value) => Math.abs(value - at)));
+};
+const mean = (values: ArrayLike<number>) => Array.prototype.reduce.call(values, (sum: any, one) => sum + one, 0) as number / values.length;
+
+/** Break-aways of a friction file. Where friction drifts along the record each is that above the kinetic force of its own slip, as `stickslip identify` takes it. */
+function brokenAway(columns: Map<string, Float64Array>, time: Float64Array, w: Float64Array, load: Float64Array, stick: Float64Array): Measured["breaks"] {
+  const [at, times, rates, broken] = ["t", "stick_time", "force_rate", "force"].map((key) => columns.get(`break_away/${key}`)!) as [Float64Array, Float64Array, Float64Array, Float64Array];
+  let i = 0;
+  const rows = Array.from(broken, (force, k): [number, number, number, number] => {
+    let [path, work] = [0, 0];
+    while (i < time.length && (time[i]! < at[k]! || stick[i])) i++;
+    for (; i < time.length && !stick[i]; i++) {
+      path += Math.abs(w[i]!);
+      work += Math.abs(w[i]!) * load[i]!;
+    }
+    return [times[k]!, rates[k]!, force, work / path];
+  }).filter((row) => row.every(Number.isFinite));
+  const levels = rows.map((row) => row[3]);
+  const drifts = rows.length >= 5 && scatter(rows.map((row) => row[2] - row[3])) <= 0.7 * scatter(rows.map((row) => row[2]));
+  const usual = mean(levels);
+  return rows.map(([rest, rate, force, level]) => [rest, rate, drifts ? force - level + usual : force]);
+}
+
+/** The columns of a friction file, with its own break-aways, or of an orbit. */
+export function ofColumns(name: string, columns: Map<string, Float64Array>, { drive, stiffness, adhesion }: Rig): Measured {
+  const [time, speed, load, stick] = ["time", "slip_velocity", "force", "stuck"].map((key) => columns.get(key));
+  if (!time || !speed || !load || !stick) throw new Refused(`${name}: expected the columns time, slip_velocity, force and stuck, got ${[...columns.keys()].slice(0, 8).join(", ")}; choose a file of stickslip measure or simulate`);
+  const stride = Math.max(1, Math.floor(stick.filter((one) => !one).length / SAMPLES));
+  // Of each slip every n-th sample and its last, of each stick both ends.
+  const rows: number[] = [];
+  time.forEach((t, i) => {
+    const kept = stick[i] !== stick[i - 1] || stick[i] !== stick[i + 1] || (!stick[i] && i % stride === 0);
+    if (kept && Number.isFinite(t + speed[i]! + load[i]!)) rows.push(i);
+  });
+  const pick = (column: Float64Array | undefined) => (column ? rows.map((i) => column[i]!) : null);
+  const [start, stuck, force, error, where] = [time[rows[0]!]!, rows.map((i) => stick[i] !== 0), pick(load)!, pick(columns.get("force_error")), pick(columns.get("displacement") ?? columns.get("x"))];
+  const t = rows.map((i) => time[i]! - start);
+  // On the mean the spring carries the friction; where a sensor has its zero says nothing.
+  const shift = where && columns.has("displacement") ? mean(load) / stiffness - mean(where) : 0;
+  const { rate, breaks } = sticks(t, force, stuck, adhesion);
+  const velocity = columns.get("velocity") ?? columns.get("v");
+  const measured = columns.has("break_away/force");
+  return {
+    name, t, force, stuck, rate, error: error?.some(Boolean) ? error : null, w: rows.map((i) => (stick[i] ? 0 : speed[i]!)), x: where && where.map((x) => x + shift),
+    drive: velocity ? speed[rows[0]!]! + velocity[rows[0]!]! : drive, ...(measured ? { breaks: brokenAway(columns, time, speed, load, stick), file: name } : { breaks }),
+  };
 }
 
 /** The rate of the force in each stick, and what broke away at its end. While it slips the rate is what adhesion would feel. */

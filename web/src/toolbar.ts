@@ -44,7 +44,7 @@ function choices(page: Page): void {
   const choose = $<HTMLInputElement>("file");
   $("measured").onclick = () => choose.click();
   const take = async (files: FileList | null | undefined) => {
-    for (const file of files ?? []) page.read(file.name, await file.text());
+    for (const file of files ?? []) page.read(file.name, await file.arrayBuffer());
     choose.value = "";
   };
   choose.onchange = () => void take(choose.files);

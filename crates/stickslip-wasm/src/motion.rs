@@ -21,7 +21,7 @@ use crate::ask::{has_state, read, sentence};
 pub(crate) const TOLERANCE: f64 = 1e-6;
 /// Most hundreds of its steps in one motion, so that the page does not stand still.
 const MOST_HUNDREDS: u32 = 120;
-const TOO_STIFF: &str = "the run stopped after 12000 steps of its integration: the law is too stiff for this page; run the system by stickslip simulate";
+const TOO_STIFF: &str = "12000 steps of its integration: the law is too stiff for this page; run the system by stickslip simulate, or shorten its time to run";
 
 #[derive(Deserialize)]
 struct Start {
@@ -335,10 +335,15 @@ pub(crate) fn orbit(desk: &mut Desk) -> Result<Value, String> {
             out.extend([event.stick_time, event.force_rate]);
         }
     }
+    let sentence = if engine == "integrated" && stop == Stop::MaxSeconds {
+        format!("the run stopped at t = {t_last:.4} after {TOO_STIFF}")
+    } else {
+        stop.sentence().into()
+    };
     let words = json!({
         "samples": path.t.len(), "masses": path.masses.len(), "contacts": path.contacts.len(),
         "events": count, "engine": engine, "regime": path.regime().name(),
-        "stop": stop.name(), "sentence": if engine == "integrated" && stop == Stop::MaxSeconds { TOO_STIFF } else { stop.sentence() }, "t_last": t_last, "end": end,
+        "stop": stop.name(), "sentence": sentence, "t_last": t_last, "end": end,
     });
     desk.orbit = Some(orbit);
     Ok(words)

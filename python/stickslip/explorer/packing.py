@@ -3,10 +3,14 @@
 It imports nothing of the package, so that ``make explorer`` can run it before there is one.
 """
 
-import base64
 import lzma
 import sys
 from pathlib import Path
+
+LETTERS = [chr(code) for code in range(33, 127) if chr(code) != "<"]
+PAIRS = [low + high for high in LETTERS for low in LETTERS]
+#: Numbers of 13 bits below this one leave room for one bit more.
+LONGER = len(PAIRS) - 8192
 
 
 def packed(data: bytes) -> bytes:
@@ -25,12 +29,23 @@ def packed(data: bytes) -> bytes:
 
 
 def text_of(data: bytes) -> str:
-    """Five letters for four bytes (RFC 1924), with a comma for the one letter that could end an element of a page.
+    """Two letters for each 13 bits, or 14 where they are a number that two letters can still write: 93 letters, all but "<".
 
-    >>> text_of(b"slip")
-    'b8KmF'
+    Bits come lowest first, as in basE91 (J. Henke, 2006); what is read back may have one byte 0 more.
+
+    >>> text_of(b"stick")
+    '=Z-muk!'
     """
-    return base64.b85encode(data).decode("ascii").replace("<", ",")
+    text, bits, count = [], 0, 0
+    for byte in data:
+        bits |= byte << count
+        count += 8
+        if count > 13:
+            taken = 14 if bits & 8191 < LONGER else 13
+            text.append(PAIRS[bits & (1 << taken) - 1])
+            bits >>= taken
+            count -= taken
+    return "".join(text) + (PAIRS[bits][: 1 if count < 7 else 2] if count else "")
 
 
 if __name__ == "__main__":

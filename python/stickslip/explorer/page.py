@@ -268,5 +268,6 @@ def _program_packed() -> str:
     return text_of(packed(_shipped("explorer.js").encode()))
 
 
+@cache
 def _core_packed() -> str:
     return text_of(files("stickslip.explorer").joinpath("core.wasm.lzma").read_bytes())

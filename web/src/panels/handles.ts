@@ -63,28 +63,61 @@ function nodeHandles(path: string, symbol: string, nodes: [number, number][], dr
   });
 }
 
+/** What a number that stands before a function of the slip velocity is multiplied by there. */
+const FACTORS: Record<string, (w: number) => number> = { "Cubic linear": (w) => -w, "Cubic cubic": (w) => w ** 3, "PoppStelter square": (w) => w * w };
+
 /** The handles of a law by the dimensions of its parameters: points, nodes, levels at w = 0, scales along w. */
 export function handlesOf(law: Document, page: LawPage, drawn: Drawn): Handle[] {
   if (law["type"] === "BogaczRyczek") return paperHandles(law, drawn);
+  if (law["type"] === "RateState") return rockHandles(law, drawn);
   const handles: Handle[] = [];
   for (const { path, symbol, unit } of page.numbers) {
-    if (path.includes(".")) continue; // of a law within: it is shown by its own name in the numbers
-    const value = law[path];
-    if (unit === "velocity, force" && Array.isArray(value)) handles.push(...nodeHandles(path, symbol, value, drawn));
-    else if (typeof value !== "number") continue;
+    // A number of a law within is named after what that law is for.
+    const cut = path.lastIndexOf(".") + 1;
+    const [inside, key] = [path.slice(0, cut), path.slice(cut)];
+    const whole = inside.split(".").reduce((at, word) => (word ? at?.[word] : at), law);
+    const value = whole?.[key];
+    const part = inside && !inside.startsWith("law.") ? ` ${inside.slice(0, -1)}` : "";
+    const label = symbol + part;
+    // Friction of the other sense stands below.
+    const side = inside === "backward." ? -1 : 1;
+    const speeds = (w: number) => (side > 0 ? drawn.upper(w) : -(whole["kinetic"] ?? whole["break_away"] ?? 0));
+    const factor = FACTORS[`${whole?.["type"]} ${key}`] ?? (key === "viscous" ? (w: number) => w : null);
+    if (unit === "velocity, force" && Array.isArray(value)) {
+      if (side > 0) handles.push(...nodeHandles(path, label, value, drawn));
+    } else if (typeof value !== "number") continue;
     else if (unit === "force" || unit === "velocity, force") {
-      const below = ABOVE[path] ? law[ABOVE[path]] : 0;
-      handles.push({ key: path, label: symbol, w: 0, f: value + below, set: (_w, f) => [[`law.${path}`, within(f - below, drawn.top)]] });
+      const below = ABOVE[key] ? whole[ABOVE[key]] : 0;
+      handles.push({ key: path, label, w: 0, f: side * (value + below), set: (_w, f) => [[`law.${path}`, within(side * f - below, drawn.top)]] });
     } else if (unit === "velocity")
-      handles.push({ key: path, label: symbol, w: value, f: drawn.upper(value), set: (w) => [[`law.${path}`, neat(Math.max(0.001 * drawn.right, w), drawn.right)]] });
+      handles.push({ key: path, label, w: side * value, f: speeds(value), set: (w) => [[`law.${path}`, neat(Math.max(0.001 * drawn.right, side * w), drawn.right)]] });
     else if (unit === "velocity^-1")
-      handles.push({ key: path, label: `1/${symbol}`, w: 1 / value, f: drawn.upper(1 / value), set: (w) => [[`law.${path}`, +(1 / Math.max(0.01 * drawn.right, w)).toPrecision(4)]] });
-    else if (unit === "force velocity^-1" && path === "viscous") {
-      const w = drawn.right * 0.8;
-      handles.push({ key: path, label: symbol, w, f: drawn.upper(w), set: (_w, f) => [[`law.${path}`, within(value + (f - drawn.upper(w)) / w, drawn.top / drawn.right)]] });
+      handles.push({ key: path, label: `1/${label}`, w: side / value, f: speeds(1 / value), set: (w) => [[`law.${path}`, +(1 / Math.max(0.01 * drawn.right, side * w)).toPrecision(4)]] });
+    else if (factor && side > 0) {
+      // The further the number is from the others on the right, the better it is told from them.
+      const w = drawn.right * (key === "linear" ? 0.35 : 0.8);
+      handles.push({ key: path, label, w, f: drawn.upper(w), set: (_w, f) => [[`law.${path}`, within(value + (f - drawn.upper(w)) / factor(w), drawn.top / Math.abs(factor(drawn.right)))]] });
     }
   }
+  if (law["type"] === "BoucWen") {
+    // What a long slip ends at.
+    const level = law["stiffness"] * (law["amplitude"] / (law["beta"] + law["gamma"])) ** (1 / law["exponent"]);
+    handles.push({ key: "stiffness", label: "k z∞", w: 0.8 * drawn.right, f: level, set: (_w, f) => [["law.stiffness", within((law["stiffness"] * f) / level, (drawn.top * law["stiffness"]) / level)]] });
+  }
   return handles;
+}
+
+/** Steady friction N (μ₀ + (a − b) ln(w/V₀)) of rock: its level far to the right, and what it loses on the way there. */
+function rockHandles(law: Document, { right, top }: Drawn): Handle[] {
+  const { normal_force: load, a, b, reference_friction: level, reference_velocity: at } = law as Record<string, number>;
+  const logarithm = (w: number) => Math.log(w / at!);
+  const force = (w: number) => load! * (level! + (a! - b!) * logarithm(w));
+  const [fast, slow] = [0.8 * right, 0.1 * right];
+  return [
+    { key: "reference_friction", label: "μ₀", w: fast, f: force(fast), set: (_w, f) => [["law.reference_friction", within(level! + (f - force(fast)) / load!, top / load!)]] },
+    // The level far to the right stays.
+    { key: "b", label: "b", w: slow, f: force(slow), set: (_w, f) => { const next = +Math.max(0, b! + (f - force(slow)) / (load! * Math.log(fast / slow))).toPrecision(4); return [["law.b", next], ["law.reference_friction", +(level! + (next - b!) * logarithm(fast)).toPrecision(6)]]; } },
+  ];
 }
 
 /** Pencils A, B, C, D, both ends of l, f_s, and the angles of the pencils at infinity. */

@@ -1,6 +1,7 @@
 /** The friction law: up and down broad, the memory loop of this motion coloured by branch, handles to take it by. */
 import { Verb } from "../core";
 import type { LawPage } from "../data";
+import type { Document } from "../state";
 import { indexAt, valueAt } from "../orbit";
 import { type Range, rangeOf, widen } from "../plot";
 import { colourOf, theme } from "../theme";
@@ -41,7 +42,7 @@ export class Law extends Panel {
     const points: [number, number][] = paper ? [law.A, law.B, law.C, law.D].filter(Boolean) : Object.values(law).filter(Array.isArray).flat().filter((one: any): one is [number, number] => Array.isArray(one) && one.length === 2);
     const [w, f] = [orbit.w[0]!, orbit.force[0]!];
     const least = paper ? 0.7 : 2.5 * Math.abs(system["drive_velocity"]);
-    const lists = [rangeOf(w), ...scene.records.map((record) => rangeOf(record.w)), { low: 0, high: least }, ...points.map(([x]) => ({ low: x, high: x }))];
+    const lists = [rangeOf(w), ...scene.records.map((record) => rangeOf(record.w)), { low: 0, high: Math.max(least, Math.min(4 * least, 1.05 / law.weakening || 0)) }, ...points.map(([x]) => ({ low: x, high: x }))];
     if (!this.held) p.x = widen({ low: Math.min(...lists.map(({ low }) => low)), high: Math.max(...lists.map(({ high }) => high)) }, 0.08);
     let drawn: { w: number[]; f: Float64Array } | null = null;
     try {
@@ -49,7 +50,8 @@ export class Law extends Panel {
     } catch {
       // The sentence of the core stands on top of the page.
     }
-    const levels = Object.entries(law).flatMap(([key, value]) => (["break_away", "kinetic", "static", "limit", "growth"].includes(key) && typeof value === "number" ? [value + (law[ABOVE[key] ?? ""] ?? 0)] : []));
+    const parts: [Document, number][] = [[law, 1], ...["forward", "backward", "static", "kinetic", "law"].flatMap((key): [Document, number][] => (law[key]?.type ? [[law[key], key === "backward" ? -1 : 1]] : []))];
+    const levels = parts.flatMap(([part, side]) => ["break_away", "kinetic", "static", "limit", "growth"].flatMap((key) => (typeof part[key] === "number" ? [side * (part[key] + (part[ABOVE[key] ?? ""] ?? 0))] : [])));
     if (!this.held) {
       const forces = [rangeOf(f), ...scene.records.map((record) => rangeOf(record.force)), ...(drawn ? [rangeOf(drawn.f)] : []), ...points.map(([, y]) => ({ low: y, high: y })), ...levels.map((y) => ({ low: y, high: y }))];
       const high = Math.max(...forces.map(({ high: one }) => one));
