@@ -56,12 +56,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     command.add_argument("--offset", action="store_true", help="fit a constant offset of the measured force too")
     command.add_argument(
-        "--trajectories", action="store_true", help="refine the law by laying its motion over each record"
+        "--trajectories", action="store_true", help="refine the law by comparing its motion with each record"
     )
     command.add_argument(
         "--shooting",
         choices=("auto", "records", "slips"),
-        help="what --trajectories lays over each other: whole records or slip by slip; default by whether cycles scatter",
+        help="what --trajectories compares: whole records or slip by slip; default by whether cycles scatter",
     )
     command.add_argument("--starts", type=int, help="the most starting points of --trajectories; default 8")
     command.add_argument(
@@ -102,7 +102,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="time of --predict in which sticks are counted; default that of each run",
     )
     command.add_argument(
-        "--no-simulation", action="store_true", help="do not lay a simulated motion over the measured one"
+        "--no-simulation", action="store_true", help="do not compare a simulated motion with the measured one"
     )
     command.add_argument(
         "-o",
