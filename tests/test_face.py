@@ -8,12 +8,14 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 import stickslip as ss
 from stickslip.cli.main import _parser, main
 from stickslip.files.notebook import waiting
 from stickslip.files.units import rounded
+from stickslip.report.identification import page_of_table
 from stickslip.report.report import Report
 
 
@@ -159,6 +161,22 @@ def test_a_report_names_units_and_gives_numbers_in_the_digits_of_their_errors(tm
     axes = found.static.plot()
     assert (axes.get_xscale(), axes.get_xlabel()) == ("linear", "stick time (s)")
     assert [panel.get_xlabel() for panel in found.static.plot_residuals()][1] == "force rate (N/s)"
+
+
+def test_a_curve_over_speed_has_the_units_of_its_record():
+    w = 0.3 * np.sin(np.arange(0, 40, 0.02))
+    force = np.sign(w) * (2.0 + np.exp(-np.abs(w) / 0.05)) + 0.5 * w
+    columns = {"time": "t", "velocity": {"column": "w", "unit": "rad/s"}, "force": {"column": "f", "unit": "N m"}}
+    noise = 0.01 * np.random.default_rng(1).standard_normal(w.size)
+    record = {"t": np.arange(0, 40, 0.02), "w": w, "f": force + noise}
+    found = ss.identify(ss.measure(record, {"instrument": "direct_force", "columns": columns}))
+    units = {"kinetic": "N m", "weakening": "N m", "scale": "rad/s", "viscous": "N m s/rad"}
+    assert found.units == units
+    page = page_of_table(found).html()
+    row = found.parameters.loc["scale"]
+    assert rounded(row["value"], row["error"]) + " rad/s" in page
+    assert 'figure class="wide"' in page
+    assert "N m s/rad" in found.report()
 
 
 def test_two_records_of_one_name_are_told_apart():

@@ -11,7 +11,7 @@ from stickslip.laws.bands import table_up_to
 
 
 def law_table(found: Identification | SteadyFriction) -> pd.DataFrame:
-    """Friction at slip velocities that the records reached, each way that they slipped, and at rest over stick times of the law.
+    """Friction at slip velocities that the records reached, each way that was measured, and at rest over stick times.
 
     Returns
     -------
