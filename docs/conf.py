@@ -20,6 +20,7 @@ extensions = [
     "docstrings",
     "live",
     "mathml",
+    "pictures",
 ]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["figures/**", "extensions/**"]
@@ -43,6 +44,7 @@ html_css_files = ["site.css"]
 html_show_sphinx = False
 html_copy_source = False
 html_show_sourcelink = False
+smartquotes_action = "qe"  # two hyphens stay: they begin an option
 html_math_renderer = "mathml"
 html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#0072b2", "color-brand-content": "#0072b2"},

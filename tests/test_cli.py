@@ -128,3 +128,9 @@ def test_bad_options_give_one_sentence(system, capsys, arguments, sentence):
 def test_a_start_beyond_all_numbers_is_said(system, capsys):
     assert main(["simulate", str(system), "--x0", "1e308", "--t-end", "10", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["stop"] == "diverged"
+
+
+def test_a_folder_named_like_a_file_is_refused(tmp_path, capsys):
+    assert main(["example", "-o", str(tmp_path / "x.csv")]) == 2
+    assert "x.csv: expected the name of a folder, got the ending .csv; write x" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -8,12 +8,15 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 import stickslip as ss
 from stickslip.cli.main import _parser, main
 from stickslip.files.notebook import waiting
 from stickslip.files.units import rounded
+from stickslip.identification import compare_laws, friction_of_orbit
+from stickslip.report.identification import page_of_table
 from stickslip.report.report import Report
 
 
@@ -113,6 +116,34 @@ def test_an_orbit_is_copied_and_pickled_to_the_bit(system):
     assert orbit != ss.simulate(system, 21.0)
 
 
+SMOOTH = ss.Oscillator(0.05, 0.2, ss.laws.ExponentialStribeck(1.0, 0.5, 0.3, viscous=0.1))
+BRISTLES = ss.Oscillator(0.05, 0.2, ss.laws.LuGre.example())
+COMPARED = ("StaticKinetic", "Coulomb")
+RESULTS = {
+    "a cycle": lambda: ss.periodic_orbit(SYSTEMS["closed form"]),
+    "branches": lambda: ss.continuation(SMOOTH, "drive_velocity", (0.4, 0.6), seeds=0),
+    "exponents": lambda: ss.lyapunov(SYSTEMS["closed form"], t_end=100),
+    "critical velocities": lambda: ss.critical_velocities(SMOOTH),
+    "a law with a state": lambda: ss.simulate(BRISTLES, 10.0),
+    "a comparison": lambda: compare_laws(
+        friction_of_orbit(LONG["an orbit"], np.arange(10, 50, 0.05), force_noise=0.01), COMPARED
+    ),
+}
+
+
+@pytest.mark.parametrize("make", RESULTS.values(), ids=RESULTS)
+def test_a_result_is_equal_to_its_copies(make):
+    result = make()
+    for again in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):
+        assert again == result
+    assert result != 1
+
+
+def test_orbits_of_laws_with_a_state_differ_where_their_runs_do():
+    assert ss.simulate(BRISTLES, 10.0) == ss.simulate(BRISTLES, 10.0)
+    assert ss.simulate(BRISTLES, 10.0) != ss.simulate(BRISTLES, 10.0, x0=0.1)
+
+
 def test_the_help_of_every_command_ends_with_an_example_that_parses():
     commands = next(action for action in _parser()._actions if action.dest == "command").choices
     for name, command in commands.items():
@@ -159,6 +190,21 @@ def test_a_report_names_units_and_gives_numbers_in_the_digits_of_their_errors(tm
     axes = found.static.plot()
     assert (axes.get_xscale(), axes.get_xlabel()) == ("linear", "stick time (s)")
     assert [panel.get_xlabel() for panel in found.static.plot_residuals()][1] == "force rate (N/s)"
+
+
+def test_a_curve_over_speed_has_the_units_of_its_record():
+    w = 0.3 * np.sin(np.arange(0, 40, 0.02))
+    force = np.sign(w) * (2.0 + np.exp(-np.abs(w) / 0.05)) + 0.5 * w
+    columns = {"time": "t", "velocity": {"column": "w", "unit": "rad/s"}, "force": {"column": "f", "unit": "N m"}}
+    noise = 0.01 * np.random.default_rng(1).standard_normal(w.size)
+    record = {"t": np.arange(0, 40, 0.02), "w": w, "f": force + noise}
+    found = ss.identify(ss.measure(record, {"instrument": "direct_force", "columns": columns}))
+    units = {"kinetic": "N m", "weakening": "N m", "scale": "rad/s", "viscous": "N m s/rad"}
+    assert found.units == units
+    page = page_of_table(found).html()
+    row = found.parameters.loc["scale"]
+    assert rounded(row["value"], row["error"]) + " rad/s" in page
+    assert "N m s/rad" in found.report()
 
 
 def test_two_records_of_one_name_are_told_apart():

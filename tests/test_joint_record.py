@@ -130,8 +130,14 @@ def test_options_that_clash_are_refused_before_the_fit(joint: xr.DataTree, tmp_p
     friction = str(tmp_path / "joint.nc")
     assert main(["identify", friction, "--predict", friction]) == 2
     assert "--predict does not go with" in capsys.readouterr().err
-    assert main(["identify", friction, "--law", "Coulomb", "--plot", str(tmp_path / "law.png")]) == 2
-    assert "does not say its mass, stiffness, drive_velocity" in capsys.readouterr().err
+
+
+def test_friction_over_speed_is_drawn_where_no_motion_can_be_simulated(joint: xr.DataTree, tmp_path, capsys) -> None:
+    joint.to_netcdf(tmp_path / "joint.nc")
+    picture = tmp_path / "law.png"
+    assert main(["identify", str(tmp_path / "joint.nc"), "--law", "Coulomb", "--plot", str(picture)]) == 0
+    assert "does not say its mass, stiffness, drive_velocity" in capsys.readouterr().out
+    assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_picture_of_a_joint_shows_its_low_speeds(joint: xr.DataTree) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.identification import friction_of_orbit
+from stickslip.identification.law_table import law_table
 from stickslip.laws.law import save_law
 from stickslip.laws.numbers import units_of
 
@@ -98,3 +99,31 @@ def test_a_law_made_by_hand_is_saved_with_or_without_its_covariance(tmp_path: Pa
 def test_a_seed_that_is_missing_is_asked_for():
     with pytest.raises(ss.InputError, match=r"a seed is missing.*write seed=0"):
         LAW.with_covariance(COVARIANCE).sample(3)
+
+
+def test_a_band_lies_evenly_on_both_sides_of_a_law_that_is_linear_in_its_numbers():
+    names = ["break_away", "kinetic"]
+    covariance = pd.DataFrame([[4e-4, 1e-4], [1e-4, 9e-4]], index=names, columns=names)
+    law = ss.laws.StaticKinetic(1.0, 0.6).with_covariance(covariance)
+    table = ss.laws.friction_table(law, [0.1], [0.0])
+    assert (table["high"] - table["force"]).tolist() == pytest.approx(
+        (table["force"] - table["low"]).tolist(), rel=1e-9
+    )
+    # 1.96 errors; the ends of a band of 500 pairs scatter by 4 %
+    assert (table["high"] - table["force"]).tolist() == pytest.approx([1.96 * 0.03, 1.96 * 0.02], rel=0.1)
+
+
+def test_the_table_of_a_fit_has_the_ways_that_were_measured():
+    t = np.arange(0, 20, 0.01)
+    w = 0.3 + 0.2 * np.sin(t)
+    force = 1.0 + 0.5 * w + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    columns = {"time": "t", "velocity": "w", "force": {"column": "f", "unit": "N"}}
+    for ways, signs in (([1.0], [1.0]), ([-1.0, 1.0], [-1.0, 1.0])):
+        record = {
+            "t": np.concatenate([t + i * (t[-1] + 0.01) for i in range(len(ways))]),
+            "w": np.concatenate([way * w for way in ways]),
+            "f": np.concatenate([way * force for way in ways]),
+        }
+        found = ss.identify(ss.measure(record, {"instrument": "direct_force", "columns": columns}))
+        slips = law_table(found)["slip_velocity (m/s)"]
+        assert sorted(set(np.sign(slips[slips != 0]))) == signs

@@ -1,4 +1,4 @@
-"""``stickslip film``: a film of a simulated rig, with every place known."""
+"""``stickslip film``: a film of a simulated rig, with every position known."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from stickslip.cli.terminal import Bar, Commands, say, say_json, say_written
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("film", help="make a film of a simulated rig, with every place known")
+    command = commands.add_parser("film", help="make a film of a simulated rig, with every position known")
     command.add_argument("system", metavar="SYSTEM.toml")
     command.add_argument(
         "-o", "--output", required=True, metavar="FILM.avi|FOLDER", help=".avi, .mkv, .mp4, or a folder for PNG"

@@ -44,6 +44,9 @@ TARGETS = ("output", "plot", "report", "motion", "plot_motion", "check", "table"
 SAME_KIND = {".html": (".html", ".htm"), ".avi": (".avi", ".mkv", ".mp4")}
 """Endings that do as well as the one in the help."""
 
+FILES = (".html", ".htm", ".pdf", ".png", ".csv", ".json", ".toml", ".nc", ".txt", ".md")
+"""Endings that a new folder may not have: a file was meant."""
+
 # In the order of the way through the package.
 COMMANDS = (
     example,
@@ -133,6 +136,8 @@ def _check_target(target: str, named: str, command: str) -> None:
     if Path(file).suffix not in ("", ".zarr") and not others:
         check_writable(target)
     wanted, ending = Path(file).suffix, Path(target).suffix.lower()
+    if file == "FOLDER" and ending in FILES and not Path(target).is_dir():
+        raise InputError(f"{target}: expected the name of a folder, got the ending {ending}; write {Path(target).stem}")
     if not wanted or (others and not ending):
         return
     check_ending(target, *(_pictures() if wanted == ".png" else SAME_KIND.get(wanted, (wanted,))))

@@ -55,7 +55,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="PX",
         help="displacement and strain of the texture instead, on a grid of this spacing",
     )
-    command.add_argument("--free-fall", action="store_true", help="say what the fall of the mass tells of the scale")
+    command.add_argument("--free-fall", action="store_true", help="state the scale that the fall of the mass gives")
     command.add_argument("--again", action="store_true", help="of many films track also those that are finished")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)

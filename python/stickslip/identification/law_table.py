@@ -11,7 +11,7 @@ from stickslip.laws.bands import table_up_to
 
 
 def law_table(found: Identification | SteadyFriction) -> pd.DataFrame:
-    """Friction at slip velocities that the records reached, both ways, and at rest over stick times of the law.
+    """Friction at slip velocities that the records reached, each way that was measured, and at rest over stick times.
 
     Returns
     -------
@@ -29,7 +29,8 @@ def law_table(found: Identification | SteadyFriction) -> pd.DataFrame:
     else:
         law, stated = found.law, found.records[0].units
         w = np.concatenate([record.slip_velocity[~record.stuck] for record in found.records])
+    ways = [way for way in (-1.0, 1.0) if (way * w > 0).any()]
     speed = np.abs(w[w != 0])
     time = stated.get("time", "s" if stated else None)
     top, least = float(speed.max()), float(speed.min())
-    return table_up_to(law, top, stated.get("force"), stated.get("slip_velocity"), time, least)
+    return table_up_to(law, top, stated.get("force"), stated.get("slip_velocity"), time, least, ways)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,7 +27,7 @@ TIMES = 21
 
 def drawn(law: Law) -> list[Law]:
     """Laws drawn from the covariance of a fitted one; an InputError where it has none that can be drawn from."""
-    return law.sample(DRAWS, seed=0)
+    return law._drawn(DRAWS, seed=0, mirrored=True)
 
 
 def band(laws: list[Law], force: Callable[[Law], Array]) -> tuple[Array, Array]:
@@ -41,7 +41,8 @@ def friction_table(
 ) -> pd.DataFrame:
     """Friction over slip velocity and static friction over stick time, each with the 95 % band of the fit.
 
-    The band holds at each point 95 % of 1000 laws that :meth:`~stickslip.laws.Law.sample` draws.
+    The band holds at each point 95 % of 1000 laws, drawn as :meth:`~stickslip.laws.Law.sample` does, in pairs that lie on
+    either side of the law: where friction is linear in its numbers, so does the band.
 
     Parameters
     ----------
@@ -94,14 +95,21 @@ def friction_table(
 
 
 def table_up_to(
-    law: Law, most: float, force: str | None, velocity: str | None, time: str | None, least: float = 0.0
+    law: Law,
+    most: float,
+    force: str | None,
+    velocity: str | None,
+    time: str | None,
+    least: float = 0.0,
+    ways: Sequence[float] = (-1.0, 1.0),
 ) -> pd.DataFrame:
-    """The law as a table with bands: friction from a slowest to a fastest |w|, both ways, and at rest.
+    """The law as a table with bands: friction from a slowest to a fastest |w|, and at rest.
 
     Parameters
     ----------
     law : with a covariance.
     most, least : limits of |w| > 0; the slowest is at least a ten-thousandth of the fastest.
+    ways : signs of w, the negative first; both by default.
     force, velocity, time : units that stand behind the names of the columns; None where one is not known.
 
     Returns
@@ -111,7 +119,7 @@ def table_up_to(
     speeds = np.geomspace(max(least, 1e-4 * most), most, SPEEDS)
     grows = law.break_away_force(1e12) > law.break_away_force(0.0)
     times = np.linspace(0.0, long_rest(law), TIMES) if grows else np.zeros(1)
-    table = friction_table(law, np.concatenate([-speeds[::-1], speeds]), times)
+    table = friction_table(law, np.concatenate([way * speeds[:: int(way)] for way in ways]), times)
     units = {"slip_velocity": velocity, "stick_time": time, **dict.fromkeys(("force", "low", "high"), force)}
     return table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit})
 

@@ -246,12 +246,16 @@ class Law(Document):
         >>> [round(one.kinetic, 3) for one in law.sample(3, seed=0)]
         [0.613, 0.587, 0.664]
         """
-        from stickslip.laws.numbers import Spread
-
         whole_number("n", n, "sample")
         if seed is None:
             raise InputError("sample: a seed is missing, the same seed gives the same laws; write seed=0, say")
         whole_number("seed", seed, "sample", least=0)
+        return self._drawn(n, seed)
+
+    def _drawn(self, n: int, seed: int, mirrored: bool = False) -> list[Self]:
+        """As :meth:`sample`; `mirrored`: each second draw lies as far on the other side, so that their middle is this law."""
+        from stickslip.laws.numbers import Spread
+
         if self.covariance.empty:
             raise InputError(
                 f"sample: this {type(self).__name__} has no covariance; take the law of an identification, or load a law "
@@ -259,8 +263,10 @@ class Law(Document):
             )
         spread, normal = Spread(self, *(self._uncertainty or ())), np.random.default_rng(seed)
         found: list[Self] = []
+        vector = np.zeros(len(spread.names))
         for tried in range(1, TRIES * n + 1):
-            law = spread.at(normal.standard_normal(len(spread.names)))
+            vector = -vector if mirrored and tried % 2 == 0 else normal.standard_normal(len(spread.names))
+            law = spread.at(vector)
             if law is not None:
                 found.append(cast(Self, law))
             if len(found) == n:

@@ -234,6 +234,19 @@ def _report(
         "the paper's values."
     )
     table = against_truth(identification)
+    held = int((table["inside the 95 % interval"] == "yes").sum())
+    compared = sum(len(agreement.table) for agreement in agreements)
+    agreed = compared - sum(agreement.disagreements for agreement in agreements)
+    verdicts = scores["verdict"].tolist()
+    report.summary(
+        "A friction law is identified from motion alone. It is compared with the law that made the motion, the records and "
+        "the paper.",
+        {
+            "true numbers within 95 % intervals": f"{held} of {len(table)}",
+            "numbers of the motion that agree": f"{agreed} of {compared}",
+            "claims of the paper reproduced": f"{verdicts.count('reproduced')} of {len(verdicts)}",
+        },
+    )
     table.insert(0, "from the branches", against_truth(branches)["value"].reindex(table.index))
     report.table(in_digits(table), mark="inside the 95 % interval")
     report.items(identification.notes)

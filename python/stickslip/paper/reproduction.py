@@ -92,7 +92,8 @@ def _reproduce(folder: Path, tell: Callable[[str, int, int], Any], options: dict
     text = json.dumps(document, ensure_ascii=False, indent=2, allow_nan=False) + "\n"
     write_text(folder / "claims.json", text)
     report = Report("Almost periodic vibration excited by dry friction: what our model shows of it")
-    report.text(summary(scores) + " The oscillator is dimensionless (the paper's Eqs. 2, 6 and 10).")
+    count = {verdict: str(int((scores["verdict"] == verdict).sum())) for verdict in (REPRODUCED, PARTLY, NOT)}
+    report.summary(summary(scores) + " The oscillator is dimensionless (the paper's Eqs. 2, 6 and 10).", count)
     report.heading("Claims")
     report.text(LEGEND)
     report.table(scores[_COLUMNS], mark="verdict")

@@ -143,11 +143,12 @@ def _best_known(table: pd.DataFrame, units: Mapping[str, str]) -> dict[str, str]
 def _data(result: Identification) -> pd.DataFrame:
     rows = {}
     for record in result.records:
+        time, velocity = in_units(record.units.get("time")), in_units(record.units.get("slip_velocity"))
         rows[record.name] = {
             "samples": record.time.size,
-            "from": float(record.time[0]),
-            "to": float(record.time[-1]),
-            "drive velocity": record.constants.get("drive_velocity", math.nan),
+            f"from{time}": float(record.time[0]),
+            f"to{time}": float(record.time[-1]),
+            f"drive velocity{velocity}": record.constants.get("drive_velocity", math.nan),
             "break-aways": len(record.break_away),
             "stuck": float(np.mean(record.stuck)),
             "measured from": str(record.attrs.get("source", "not said")),

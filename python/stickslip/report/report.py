@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 UNFOLDED = 4
 """Sentences of a list that are shown; the others are folded."""
 
+PANELS = 6
+"""Inches from which a picture has several panels, which a phone shows at a readable size."""
+
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*(e[-+]\d+)?|inf)|–")
 """A text that is a number, or stands for one that is not known."""
 
@@ -42,7 +45,8 @@ nav ol { columns: 14rem; column-gap: 2.5rem; padding-left: 1.2rem; }
 figure { margin: 1.5rem 0; } figure img { max-width: 100%; border-radius: 6px; background: #fff; }
 figcaption { color: var(--soft); font-size: 0.9rem; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
-th, td { padding: 0.25rem 0.8rem 0.25rem 0; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
+th, td { min-width: 4rem; padding: 0.25rem 0.8rem 0.25rem 0;
+  border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
 td.number { text-align: right; } .scroll { overflow-x: auto; } .scroll table { overflow-wrap: normal; }
 pre { background: var(--card); padding: 0.8rem; overflow-x: auto; border-radius: 6px; }
 details { margin: 1rem 0; } summary { cursor: pointer; color: var(--link); }
@@ -127,8 +131,8 @@ class Report:
         whole = figure.get_figure(root=True) if figure is not None else None
         if whole is None:
             raise ValueError("a report shows a figure that has been drawn")
-        width, height = whole.get_size_inches()
-        kind = ' class="wide"' if width > 2 * height else ""
+        width, _ = whole.get_size_inches()
+        kind = ' class="wide"' if width > PANELS else ""
         data = io.BytesIO()
         whole.savefig(data, format="png", dpi=130)
         plt.close(whole)

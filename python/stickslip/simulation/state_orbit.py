@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.checks import number, numbers
+from stickslip.files.equality import alike
 from stickslip.files.netcdf import write_netcdf
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.system import Oscillator, System
@@ -256,15 +257,18 @@ class StateOrbit(Orbit):
         return rows[["t", "x", "v", "w", "force", "stick_time", "force_rate"]].to_numpy(float)[-most:]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        raise InputError(
-            "orbit: expected one that is made of segments, got one of an integrator; keep to_xarray() or write it with save"
-        )
+        return _restored, (self.system, *self._contents(), self.work)
+
+    def _contents(self) -> tuple[Any, ...]:
+        return self._solution, self._marks, self.t_end, self.stop
 
     def __eq__(self, other: object) -> bool:
-        return self is other
+        if not isinstance(other, StateOrbit):
+            return NotImplemented
+        return self.system == other.system and _same(self._contents(), other._contents())
 
     def __hash__(self) -> int:
-        return id(self)
+        return hash((self.t_end, self.stop, self.work))
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file with the sampled motion and the group ``events``; the steps of the integrator are not kept."""
@@ -295,3 +299,19 @@ def state_laws_of(system: Oscillator | System) -> list[StateLaw]:
 def masses_of(system: Oscillator | System) -> list[int]:
     """The mass of every contact."""
     return [contact.mass for contact in system.contacts] if isinstance(system, System) else [0]
+
+
+def _restored(system: Oscillator | System, *rest: Any) -> StateOrbit:
+    whole = system.to_system() if isinstance(system, Oscillator) else system
+    return StateOrbit(system, _core.StateSystem(whole.to_json()), *rest)
+
+
+def _same(ours: tuple[Any, ...], theirs: tuple[Any, ...]) -> bool:
+    """Whether two runs took the same steps to the same states, and saw the same signs change."""
+    (solution, marks, *rest), (other, other_marks, *other_rest) = ours, theirs
+    return (
+        rest == other_rest
+        and np.array_equal(solution.ts, other.ts)
+        and np.array_equal(solution(solution.ts), other(other.ts), equal_nan=True)
+        and alike(list(marks), list(other_marks))
+    )

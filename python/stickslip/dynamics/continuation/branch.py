@@ -15,6 +15,7 @@ from stickslip.dynamics.continuation.arclength import Label, Point
 from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.cycles import unchecked
 from stickslip.errors import InputError, Interrupted
+from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -65,8 +66,8 @@ class SpecialPoint:
         return unchecked(self.point.here)
 
 
-@dataclass(repr=False)
-class Branch(InNotebook):
+@dataclass(repr=False, eq=False)
+class Branch(ByContent, InNotebook):
     """One curve of motions: a row a point.
 
     Attributes
@@ -231,8 +232,8 @@ class OtherMotion:
     repeats: bool
 
 
-@dataclass(frozen=True)
-class Branches(InNotebook):
+@dataclass(frozen=True, eq=False)
+class Branches(ByContent, InNotebook):
     """The branches of a continuation.
 
     Attributes

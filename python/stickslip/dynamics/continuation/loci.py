@@ -20,6 +20,7 @@ from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, wi
 from stickslip.dynamics.periodic.poincare_map import Lost
 from stickslip.errors import InputError, Interrupted
 from stickslip.files.checks import number
+from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 
@@ -54,8 +55,8 @@ class CodimensionTwo:
         return unchecked(self.point.here)
 
 
-@dataclass
-class Locus(InNotebook):
+@dataclass(eq=False)
+class Locus(ByContent, InNotebook):
     """One curve of special points of one kind in the plane of two parameters.
 
     Attributes

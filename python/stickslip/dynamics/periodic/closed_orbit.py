@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -18,8 +19,8 @@ STEADY = "periodic_orbit: the motion comes to rest or slips steadily: no cycle h
 _MARGINAL = 1e-9
 
 
-@dataclass(frozen=True)
-class Cycle(InNotebook):
+@dataclass(frozen=True, eq=False)
+class Cycle(ByContent, InNotebook):
     """What every closed orbit has, of whatever law: its period and its multipliers, and what they say."""
 
     system: Oscillator | System

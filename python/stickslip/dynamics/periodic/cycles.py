@@ -46,7 +46,7 @@ _NO_RETURNS = (
 _NEAR = 0.1
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class PeriodicOrbit(Cycle):
     """A closed orbit and its stability.
 

@@ -16,6 +16,7 @@ from stickslip.dynamics.periodic.state_cycles import sizes_of
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
 from stickslip.files.checks import number
+from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.integration import integrate
@@ -24,8 +25,8 @@ from stickslip.simulation.integration import integrate
 _MOST_NUMBERS = 20_000_000
 
 
-@dataclass(frozen=True)
-class LyapunovSpectrum(InNotebook):
+@dataclass(frozen=True, eq=False)
+class LyapunovSpectrum(ByContent, InNotebook):
     """Lyapunov exponents of a motion.
 
     Attributes

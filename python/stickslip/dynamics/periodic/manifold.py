@@ -17,6 +17,7 @@ from stickslip.dynamics.periodic.event_sequence import Floats
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.errors import InputError
 from stickslip.files.checks import number
+from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator
 from stickslip.simulation.simulate import simulate
@@ -41,8 +42,8 @@ _ON = 1e-3
 Map = Callable[[Floats], Floats]
 
 
-@dataclass(frozen=True)
-class Manifold(InNotebook):
+@dataclass(frozen=True, eq=False)
+class Manifold(ByContent, InNotebook):
     """One of the two manifolds of a saddle, in the section t = phase + n · period of the forcing.
 
     Attributes

@@ -29,7 +29,7 @@ _RETURNS = 12
 _SETTLING, _ROUGH = 30, 1e-8
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class StateCycle(Cycle):
     """A closed orbit of laws with an internal state, and its stability.
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
+from stickslip.files.equality import ByContent
 from stickslip.files.units import to_error
 
 SHOWN = 6
@@ -18,7 +17,7 @@ WIDTH = 100
 """Characters of the heading in the short form."""
 
 
-class Result:
+class Result(ByContent):
     """A fit's result, a dataclass with `notes` (plain sentences); its numbers are printed by tables with value and error."""
 
     notes: list[str]
@@ -75,11 +74,6 @@ class Result:
         notes = f"<p>{len(self.notes)} notes: see report()</p>" if self.notes else ""
         return f"<p>{html.escape(self._first_line())}</p>{table}{notes}"
 
-    def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and alike(self, other)
-
-    __hash__ = None  # type: ignore[assignment]
-
 
 def in_digits(table: pd.DataFrame) -> pd.DataFrame:
     """A table of estimates as texts, each row in the digits that its error allows.
@@ -93,26 +87,3 @@ def in_digits(table: pd.DataFrame) -> pd.DataFrame:
         to_error(row, error) for row, error in zip(table[numbers].to_numpy(float).tolist(), table["error"], strict=True)
     ]
     return table.assign(**dict(zip(numbers, map(list, zip(*texts, strict=True)), strict=True)) if texts else {})
-
-
-def alike(one: Any, other: Any) -> bool:
-    """Whether two values are the same in content: tables, arrays and NaN compare as a whole.
-
-    >>> alike({"a": np.array([1.0, np.nan])}, {"a": np.array([1.0, np.nan])}), alike([1.0], [2.0])
-    (True, False)
-    """
-    if one is other:
-        return True
-    if type(one) is not type(other):
-        return False
-    if isinstance(one, pd.DataFrame | pd.Series):
-        return bool(one.equals(other))
-    if isinstance(one, np.ndarray):
-        return one.shape == other.shape and bool(((one == other) | ((one != one) & (other != other))).all())
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
-    if isinstance(one, list | tuple):
-        return len(one) == len(other) and all(map(alike, one, other))
-    if is_dataclass(one):
-        return all(alike(getattr(one, item.name), getattr(other, item.name)) for item in fields(one) if item.compare)
-    return bool(one == other) or (one != one and other != other)

@@ -72,6 +72,18 @@ FORMULAS = {
     "inertia": "inertia * dw/dt",
     "offset": "offset",
 }
+DIMENSIONS = {
+    "kinetic": "force",
+    "viscous": "force velocity^-1",
+    "quadratic": "force velocity^-2",
+    "logarithm": "force",
+    "weakening": "force",
+    "scale": "velocity",
+    "gravity_sine": "force",
+    "gravity_cosine": "force",
+    "offset": "force",
+}
+"""Of the numbers of a form, as :func:`~stickslip.files.units.unit_of` reads them; records lack what the others need."""
 GRAVITY = ("gravity_sine", "gravity_cosine")
 """Torque of a weight on an arm that turns by the angle x; it has no constant, so that a constant is friction or an offset."""
 OF_MOTION = ("restoring", *GRAVITY, "inertia")

@@ -17,11 +17,14 @@ from scipy.special import chdtri
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.files.disk import write_text
+from stickslip.files.units import unit_of
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.kinetic.curves import (
     BLOCKS,
+    BY_SENSE,
+    DIMENSIONS,
     FEW,
     GRAVITY,
     OF_MOTION,
@@ -169,6 +172,21 @@ class SteadyFriction(Result):
         return Coulomb(kinetic=kinetic)
 
     @property
+    def units(self) -> Mapping[str, str]:
+        """The unit of each number, where the records state those of force and slip velocity."""
+        if not {"force", "slip_velocity"} <= set(self.stated):
+            return {}
+        force, length, time = self._units
+        terms = {str(name): str(name).removesuffix(BY_SENSE) for name in self.parameters.index}
+        return {name: unit_of(DIMENSIONS[of], force, length, time) for name, of in terms.items() if of in DIMENSIONS}
+
+    @property
+    def _units(self) -> tuple[str, str, str]:
+        """Units of force, length and time, "1" where they are not stated."""
+        length, _, time = self.stated.get("slip_velocity", "1").partition("/")
+        return self.stated.get("force", "1"), length, time or "1"
+
+    @property
     def covariance(self) -> pd.DataFrame:
         """Of the numbers of the law, by their names; an InputError where there is no law."""
         values, law = self.best.vector, self._of_friction()
@@ -211,7 +229,7 @@ class SteadyFriction(Result):
         """The numbers of the chosen form, and the forms beside one another."""
         shown = self.table()
         shown = shown[shown["verdict"] != ""].iloc[:12] if len(shown) > 12 else shown
-        numbers = in_digits(self.parameters).to_string()
+        numbers = in_digits(self.shown()).to_string()
         return [numbers, shown.to_string(float_format=lambda number: f"{number:.4g}")]
 
     def to_dict(self) -> dict[str, Any]:
@@ -256,9 +274,7 @@ class SteadyFriction(Result):
             "intervals_valid": self.valid,
             "notes": self.notes,
         }
-        velocity = self.stated.get("slip_velocity", "1")
-        length, _, time = velocity.partition("/")
-        return law_file(law, covariance, source, units_of(law, self.stated.get("force", "1"), length, time or "1"))
+        return law_file(law, covariance, source, units_of(law, *self._units))
 
     def save(self, path: str | Path) -> Path:
         """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
@@ -304,7 +320,8 @@ class SteadyFriction(Result):
         shown = np.abs(w) <= most
         w, force, error = w[shown], force[shown], error[shown]
         if len(w) > 500:
-            axes.plot(w, force, ".", ms=1.5, alpha=0.2, color="0.5", label="measured", rasterized=True)
+            axes.plot(w, force, ".", ms=1.5, alpha=0.2, color="0.5", rasterized=True)
+            axes.plot([], [], ".", color="0.5", label="measured")  # a point of the cloud is too faint for a legend
         else:
             axes.errorbar(w, force, error, fmt="o", ms=3, color="0.4", label="measured")
         named: set[str] = set()

@@ -13,6 +13,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from stickslip.errors import InputError
+from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.files.units import to_error
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
@@ -43,8 +44,8 @@ ALIKE = f"within {100 * LIKE:.0f} %"
 POINTS = 20_000
 
 
-@dataclass(frozen=True, repr=False)
-class Agreement(OfTable):
+@dataclass(frozen=True, repr=False, eq=False)
+class Agreement(ByContent, OfTable):
     """A measured motion and the motion of the identified law under the same drive.
 
     Attributes

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable, waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import half_width
@@ -63,8 +64,8 @@ SAMPLES = 6000
 """Samples of a directly measured record that are used, evenly thinned."""
 
 
-@dataclass(frozen=True, repr=False)
-class Comparison(OfTable):
+@dataclass(frozen=True, repr=False, eq=False)
+class Comparison(ByContent, OfTable):
     """Laws in the order of their prediction.
 
     Attributes

@@ -16,6 +16,7 @@ from scipy.special import ndtr, stdtrit
 
 from stickslip.errors import InputError
 from stickslip.files.checks import number
+from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
@@ -61,8 +62,8 @@ FAR = 0.1
 """Distance from the records of the law, in e-folds, that is worth a sentence."""
 
 
-@dataclass(frozen=True, repr=False)
-class Prediction(OfTable):
+@dataclass(frozen=True, repr=False, eq=False)
+class Prediction(ByContent, OfTable):
     """Runs predicted by a law.
 
     Attributes

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.identification.result import Identification
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
@@ -24,8 +25,8 @@ ZERO_STEP = 1e-4
 """Change of a number that is 0."""
 
 
-@dataclass(frozen=True, repr=False)
-class Sensitivity(OfTable):
+@dataclass(frozen=True, repr=False, eq=False)
+class Sensitivity(ByContent, OfTable):
     """Answers of the motion under one record's drive to changes of the law.
 
     Attributes
