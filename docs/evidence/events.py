@@ -3,7 +3,7 @@
     python docs/evidence/events.py [--seeds N] [--first N] [--again] [-o FILE]
 
 A seed is 5,000 oscillators, 500 systems, 300 systems under normal forces that vary and on springs that bend, 300 systems of
-what those leave out, and under laws with an internal state 40 runs of the core's integrator and 20 of `stickslip.simulate`.
+what those leave out, 300 under friction by polynomials, and under laws with an internal state 40 runs of the core's integrator and 20 of `stickslip.simulate`.
 What a seed gave is a line of events.jsonl: a run that was stopped goes on where it ended. --again runs what failed anew on
 the engine of this moment.
 Ends with code 1 where a failure is left; `stickslip-judge --seed S --first I --oscillators 1` shows its document.
@@ -28,9 +28,9 @@ from stickslip.simulation.integration import integrate
 from stickslip.simulation.state_orbit import StateOrbit
 
 ROOT = Path(__file__).resolve().parents[2]
-SHARES = {"oscillators": 5000, "systems": 500, "loaded": 300, "further": 300, "states": 40, "integrated": 20}
+SHARES = {"oscillators": 5000, "systems": 500, "loaded": 300, "further": 300, "polynomials": 300, "states": 40, "integrated": 20}
 #: What one document of each kind is called.
-ONE = {name: name.removesuffix("s") for name in ("oscillators", "systems", "loaded", "further", "states", "integrated")}
+ONE = {name: name.removesuffix("s") for name in SHARES}
 #: Of a run of `stickslip.simulate` so many steps are judged, and the interpolant after every so many.
 STEPS, EVERY = 1500, 4
 
@@ -65,6 +65,10 @@ Bogacz and Ryczek is drawn for oscillators. A fifth of the oscillators runs on T
 Called further are systems of one to four masses of what those leave out: laws composed of others (`Combined`, `Asymmetric`),
 drives that are tables and several waves at once, normal forces of several waves, inclines, masses that are coupled by inertia
 or lie six decades apart, contacts and springs between any two of them, masses on no spring of their own.
+
+Called polynomials are one to three masses under `PiecewisePolynomial`, a quarter of them under normal forces that vary and
+on springs that bend: polynomials of degree 2 to 4 through drawn nodes, which meet in corners at which no event lies, and of degree
+8 and 16 through a smooth function. The judge has the barycentric formula and closes in on corners by halves.
 
 Laws with an internal state (LuGre, Dahl, ElastoPlastic, BoucWen, RateState with every evolution of its state, with one and
 two, Regularised) have no modes and no certified events; their runs are judged step by step, those of the core's own

@@ -1,6 +1,6 @@
 //! Judge random oscillators and systems, or documents from files.
 //!
-//!   stickslip-judge --oscillators N --systems N --loaded N --states N --further N --seed S [--first I] [--threads T] [--show K] [FILE...]
+//!   stickslip-judge --oscillators N --systems N --loaded N --states N --further N --polynomials N --seed S [--first I] [--threads T] [--show K] [FILE...]
 //!
 //! With --documents 1 documents are only written, a line each. A file holds a run under laws with an internal state as another
 //! program made it, as `docs/evidence/events.py` has them, or one document {"sys", "x0", "v0", "t_end"} or a list of them. Counts go to the standard output as one JSON
@@ -144,6 +144,7 @@ fn main() -> ExitCode {
         ("loaded", 0),
         ("states", 0),
         ("further", 0),
+        ("polynomials", 0),
         ("seed", 1),
         ("first", 0),
         ("threads", 1),
@@ -177,11 +178,12 @@ fn main() -> ExitCode {
         failures += counts.failures;
         summary[name] = counts.summary();
     };
-    let kinds: [(&str, &str, Draw, Judge); 5] = [
+    let kinds: [(&str, &str, Draw, Judge); 6] = [
         ("oscillators", "oscillator", draw::oscillator, judge),
         ("systems", "system", draw::system, judge),
         ("loaded", "loaded", draw::loaded, judge),
         ("further", "further", draw::further, judge),
+        ("polynomials", "polynomial", draw::polynomial, judge),
         ("states", "state", draw::state, states::judge),
     ];
     for (name, label, draw, judge) in kinds {
