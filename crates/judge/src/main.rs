@@ -31,6 +31,7 @@ struct Counts {
     edges: u64,
     sensitive: u64,
     left: u64,
+    fallbacks: u64,
     stops: BTreeMap<String, u64>,
     laws: BTreeMap<String, [u64; 2]>,
     kinds: BTreeMap<String, u64>,
@@ -64,6 +65,7 @@ impl Counts {
         self.edges += verdict.edges;
         self.sensitive += verdict.sensitive;
         self.left += verdict.left;
+        self.fallbacks += verdict.fallbacks;
         *self.stops.entry(verdict.stop.clone()).or_default() += 1;
         let law = case["sys"]["law"]["type"].as_str().unwrap_or("system");
         let count = self.laws.entry(law.to_owned()).or_default();
@@ -87,7 +89,7 @@ impl Counts {
         json!({
             "documents": self.documents, "refused": self.refused, "not_understood": self.not_understood,
             "events": self.events, "phases": self.phases, "failures": self.failures, "grazes": self.grazes,
-            "edges": self.edges, "sensitive": self.sensitive, "left": self.left, "stops": self.stops,
+            "edges": self.edges, "sensitive": self.sensitive, "left": self.left, "fallbacks": self.fallbacks, "stops": self.stops,
             "laws_and_failures": self.laws, "kinds": self.kinds, "slowest": self.slowest,
             "worst": self.worst,
         })
