@@ -326,7 +326,8 @@ impl Law {
                 kinetic: Kinetic::Lines(Table::read(&document["kinetic"])?.lines(false)),
             },
             "PiecewisePolynomial" => {
-                let degree = usize::try_from(document["degree"].as_f64().unwrap_or(16.0) as i64).ok()?;
+                let degree = or("degree", 16.0);
+                let degree = usize::from((2..=16_u8).find(|&whole| f64::from(whole) == degree)?);
                 let nodes = Table::read(&document["nodes"])?.0;
                 let firsts = (0..nodes.len() - 1).step_by(degree);
                 let pieces =
