@@ -89,6 +89,16 @@ def test_a_setup_beside_a_film_is_kept_too(inputs, tmp_path, capsys):
     assert system.read_bytes() == inputs["system.toml"]
 
 
+@pytest.mark.parametrize("other", ["out.nc", "./out.nc", "sub/../out.nc"])
+def test_two_outputs_have_two_names(other, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sub").mkdir()
+    assert main(["measure", "record.csv", "--rig", "rig.toml", "-o", "out.nc", "--motion", other]) == 2
+    said = capsys.readouterr().err
+    assert "two outputs have this name; give each its own" in said
+    assert said.count("\n") == 1
+
+
 def test_a_program_may_write_what_it_has_read(tmp_path):
     path = tmp_path / "law.toml"
     path.write_text(LAW)

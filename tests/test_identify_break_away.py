@@ -51,6 +51,21 @@ def test_slope_per_decade_and_its_error_are_those_of_the_textbook():
     assert "logarithmic form is chosen" in " ".join(found.notes)
 
 
+@pytest.mark.parametrize(
+    "t", [None, np.nan, np.append(np.nan, np.arange(19.0))], ids=["none", "all unknown", "one unknown"]
+)
+def test_a_table_made_by_hand_needs_no_times(t):
+    random = np.random.default_rng(4)
+    t_s = np.where(np.arange(20) % 2, 1.0, 10.0)
+    tree = friction(t_s, 1 + 0.05 * np.log(t_s) + 0.01 * random.standard_normal(20))
+    table = tree["break_away"].to_dataset(inherit=False).drop_vars("t")
+    if t is not None:
+        table["t"] = ("event", np.broadcast_to(t, 20))
+    tree["break_away"] = xr.DataTree(table)
+    row = fit_static_friction(tree).fits["logarithmic"].parameters.loc["slope"]
+    assert row["low"] < 0.05 * math.log(10) < row["high"]
+
+
 def loaded(seed, slope, chance, begun, count=25):
     """Sticks that are loaded from about -0.6 at a rate of 10 and end where they meet their own limit 1 + slope log10 t_s."""
     random = np.random.default_rng(seed)

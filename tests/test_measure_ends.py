@@ -11,7 +11,7 @@ from stickslip.identification import identify
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.measurement import Rig, measure
-from stickslip.measurement.stick_limits import FINEST, _OneStick
+from stickslip.measurement.stick_limits import FINEST, _OneStick, _peak
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
 DRIVE, DAMPING, STEP = 0.1, 0.05, 2 * np.pi / 60
@@ -199,3 +199,7 @@ def test_slip_that_becomes_steady_is_no_drive_that_stops():
     x = ss.simulate(fast, 260.0).at(time)[0] + 3e-3 * np.random.default_rng(1).standard_normal(len(time))
     rig = Rig(**{**vars(RIG), "drive_velocity": 0.6})
     assert not any("drive seems to stop" in note for note in measure({"t": time, "x": x}, rig).attrs["notes"])
+
+
+def test_where_there_is_no_deviance_there_is_no_peak_and_no_warning():
+    assert _peak(np.arange(3.0), np.full(3, np.inf)) == (1.0, 0.0)

@@ -47,9 +47,26 @@ fn stretch(random: &mut Random) -> f64 {
 /// One mass on one drive.
 #[must_use]
 pub fn oscillator(seed: u64, index: u64) -> Value {
+    one_mass(&mut Random::new(seed, index), |random| {
+        LAWS[random.one_of(LAWS.len())]
+    })
+}
+
+/// One mass or up to three under friction by polynomials, some under normal forces that vary and on springs that bend.
+#[must_use]
+pub fn polynomial(seed: u64, index: u64) -> Value {
+    let seed = seed ^ 0x0901_1CA5;
     let mut random = Random::new(seed, index);
-    let random = &mut random;
-    let name = LAWS[random.one_of(LAWS.len())];
+    let choose = |_: &mut Random| "PiecewisePolynomial";
+    match random.one_of(4) {
+        0 => chain(seed, index, 3, choose),
+        1 => load(chain(seed, index, 3, choose), &mut random),
+        _ => one_mass(&mut random, choose),
+    }
+}
+
+fn one_mass(random: &mut Random, choose: fn(&mut Random) -> &'static str) -> Value {
+    let name = choose(random);
     // The angles of the paper's law are of dimensionless numbers.
     let units = if name == "BogaczRyczek" {
         PLAIN

@@ -63,6 +63,11 @@ impl Shape<'_> {
         }
     }
 
+    /// Whether it has corners at which no event lies.
+    fn cornered(self) -> bool {
+        matches!(self, Self::Law(_, law) if law.cornered())
+    }
+
     fn slope(self, s: f64) -> f64 {
         match self {
             Self::Law(direction, law) => law.curve(direction * s)[1],

@@ -171,6 +171,58 @@ impl Static {
     }
 }
 
+/// The polynomial through some nodes, by the barycentric formula (Berrut & Trefethen, SIAM Rev. 46 (2004) 501).
+#[derive(Clone, Debug)]
+pub struct Polynomial {
+    /// Each node, its weight, and the value and the slope there.
+    nodes: Vec<[f64; 4]>,
+}
+
+impl Polynomial {
+    fn through(nodes: &[[f64; 2]]) -> Self {
+        let width = nodes[nodes.len() - 1][0] - nodes[0][0];
+        let weights: Vec<f64> = (nodes.iter().enumerate())
+            .map(|(i, [u, _])| {
+                let others = nodes.iter().enumerate().filter(|&(j, _)| j != i);
+                1.0 / others.map(|(_, [other, _])| (u - other) / width).product::<f64>()
+            })
+            .collect();
+        // The slope is a polynomial of lower degree, so its values at the nodes are all there is to know of it.
+        let slope = |k: usize| -> f64 {
+            let others = (0..nodes.len()).filter(|&i| i != k);
+            let terms = others.map(|i| {
+                let ([u, f], [at, value]) = (nodes[i], nodes[k]);
+                weights[i] / weights[k] * ((f - value) / (at - u))
+            });
+            terms.sum()
+        };
+        Self {
+            nodes: (0..nodes.len())
+                .map(|k| [nodes[k][0], weights[k], nodes[k][1], slope(k)])
+                .collect(),
+        }
+    }
+
+    /// The first node and the last.
+    fn ends(&self) -> [f64; 2] {
+        [self.nodes[0][0], self.nodes[self.nodes.len() - 1][0]]
+    }
+
+    fn value_and_slope(&self, u: f64) -> [f64; 2] {
+        let (mut sums, mut whole) = ([0.0; 2], 0.0);
+        for &[at, weight, value, slope] in &self.nodes {
+            let share = weight / (u - at);
+            if !share.is_finite() {
+                // On the node, or a denormal number beside it.
+                return [value, slope];
+            }
+            whole += share;
+            sums = [sums[0] + share * value, sums[1] + share * slope];
+        }
+        sums.map(|sum| sum / whole)
+    }
+}
+
 /// Friction in slip.
 #[derive(Clone, Debug)]
 pub enum Kinetic {
@@ -184,6 +236,8 @@ pub enum Kinetic {
     Exponential([f64; 5]),
     /// f_k + (f_s − f_k)/(1 + (u/w_s)²) + b u: f_s, f_k, w_s, b.
     Lorentz([f64; 4]),
+    /// A polynomial through some nodes, another through the next ones, and so on; beyond the last node its tangent.
+    Polynomials(Vec<Polynomial>),
     /// One table while u rises, one while it falls.
     Branches([Vec<Line>; 2]),
     /// The paper's geometry.
@@ -271,6 +325,19 @@ impl Law {
                 adhesion: Static::Table(Table::read(&document["break_away"])?),
                 kinetic: Kinetic::Lines(Table::read(&document["kinetic"])?.lines(false)),
             },
+            "PiecewisePolynomial" => {
+                let degree = or("degree", 16.0);
+                let degree = usize::from((2..=16_u8).find(|&whole| f64::from(whole) == degree)?);
+                let nodes = Table::read(&document["nodes"])?.0;
+                let firsts = (0..nodes.len() - 1).step_by(degree);
+                let pieces =
+                    firsts.map(|first| Some(Polynomial::through(nodes.get(first..=first + degree)?)));
+                Self {
+                    backward: None,
+                    adhesion: Static::Constant(number("break_away")?),
+                    kinetic: Kinetic::Polynomials(pieces.collect::<Option<_>>()?),
+                }
+            }
             "Rational" => Self {
                 backward: None,
                 adhesion: Static::Constant(number("break_away")?),
@@ -379,6 +446,16 @@ impl Law {
                     -(fs - fk) * weakening * share * share + 2.0 * square * u,
                 ]
             }
+            Kinetic::Polynomials(pieces) => {
+                let last = &pieces[pieces.len() - 1];
+                let top = last.ends()[1];
+                if u > top {
+                    let [value, slope] = last.value_and_slope(top);
+                    return [value + slope * (u - top), slope];
+                }
+                let piece = pieces.iter().find(|piece| u < piece.ends()[1]).unwrap_or(last);
+                piece.value_and_slope(u)
+            }
             Kinetic::Cubic([fs, linear, cubic]) => {
                 [fs + u * (cubic * u * u - linear), 3.0 * cubic * u * u - linear]
             }
@@ -402,6 +479,11 @@ impl Law {
             }
             Kinetic::Lines(_) | Kinetic::Branches(_) | Kinetic::Paper(_) => [f64::NAN; 2],
         }
+    }
+
+    /// Whether its curve has corners, between its pieces.
+    pub fn cornered(&self) -> bool {
+        matches!(self.kinetic, Kinetic::Polynomials(_))
     }
 
     /// Over what slip speed its curve changes.

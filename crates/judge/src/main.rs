@@ -1,6 +1,6 @@
 //! Judge random oscillators and systems, or documents from files.
 //!
-//!   stickslip-judge --oscillators N --systems N --loaded N --states N --further N --seed S [--first I] [--threads T] [--show K] [FILE...]
+//!   stickslip-judge --oscillators N --systems N --loaded N --states N --further N --polynomials N --seed S [--first I] [--threads T] [--show K] [FILE...]
 //!
 //! With --documents 1 documents are only written, a line each. A file holds a run under laws with an internal state as another
 //! program made it, as `docs/evidence/events.py` has them, or one document {"sys", "x0", "v0", "t_end"} or a list of them. Counts go to the standard output as one JSON
@@ -31,6 +31,7 @@ struct Counts {
     edges: u64,
     sensitive: u64,
     left: u64,
+    fallbacks: u64,
     stops: BTreeMap<String, u64>,
     laws: BTreeMap<String, [u64; 2]>,
     kinds: BTreeMap<String, u64>,
@@ -64,6 +65,7 @@ impl Counts {
         self.edges += verdict.edges;
         self.sensitive += verdict.sensitive;
         self.left += verdict.left;
+        self.fallbacks += verdict.fallbacks;
         *self.stops.entry(verdict.stop.clone()).or_default() += 1;
         let law = case["sys"]["law"]["type"].as_str().unwrap_or("system");
         let count = self.laws.entry(law.to_owned()).or_default();
@@ -87,7 +89,7 @@ impl Counts {
         json!({
             "documents": self.documents, "refused": self.refused, "not_understood": self.not_understood,
             "events": self.events, "phases": self.phases, "failures": self.failures, "grazes": self.grazes,
-            "edges": self.edges, "sensitive": self.sensitive, "left": self.left, "stops": self.stops,
+            "edges": self.edges, "sensitive": self.sensitive, "left": self.left, "fallbacks": self.fallbacks, "stops": self.stops,
             "laws_and_failures": self.laws, "kinds": self.kinds, "slowest": self.slowest,
             "worst": self.worst,
         })
@@ -144,6 +146,7 @@ fn main() -> ExitCode {
         ("loaded", 0),
         ("states", 0),
         ("further", 0),
+        ("polynomials", 0),
         ("seed", 1),
         ("first", 0),
         ("threads", 1),
@@ -177,11 +180,12 @@ fn main() -> ExitCode {
         failures += counts.failures;
         summary[name] = counts.summary();
     };
-    let kinds: [(&str, &str, Draw, Judge); 5] = [
+    let kinds: [(&str, &str, Draw, Judge); 6] = [
         ("oscillators", "oscillator", draw::oscillator, judge),
         ("systems", "system", draw::system, judge),
         ("loaded", "loaded", draw::loaded, judge),
         ("further", "further", draw::further, judge),
+        ("polynomials", "polynomial", draw::polynomial, judge),
         ("states", "state", draw::state, states::judge),
     ];
     for (name, label, draw, judge) in kinds {

@@ -47,6 +47,8 @@ pub struct Report {
     pub marks: Vec<Mark>,
     /// Why it ended.
     pub stop: &'static str,
+    /// How often what looked like the last step to a root was not, so that its search went on.
+    pub fallbacks: u64,
     /// Until when it is known.
     pub t_last: f64,
     /// x and ẋ at any times, as reported.
@@ -150,6 +152,7 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
         return Ok(Report {
             marks,
             stop: orbit.stop.name(),
+            fallbacks: orbit.work.fallbacks,
             t_last,
             dense: Box::new(move |times| {
                 orbit
@@ -208,6 +211,7 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
     Ok(Report {
         marks,
         stop: orbit.stop.name(),
+        fallbacks: orbit.work.fallbacks,
         t_last: orbit.t_last(),
         dense: Box::new(move |times| {
             let states = orbit.states(times);

@@ -258,8 +258,9 @@ impl Judge<'_> {
         let problem = self.problem;
         let v0 = problem.v0.clone().unwrap_or_else(|| problem.driven());
         for (got, wanted) in first.x.iter().chain(&first.v).zip(problem.x0.iter().chain(&v0)) {
+            // A slip velocity may be kept as a logarithm of up to some tens, whose roundings are as many of its own.
             let tolerance =
-                8.0 * f64::EPSILON * (wanted.abs() + first.w.iter().map(|w| w.abs()).sum::<f64>());
+                64.0 * f64::EPSILON * (wanted.abs() + first.w.iter().map(|w| w.abs()).sum::<f64>());
             self.find(
                 "start is not the start given",
                 0.0,

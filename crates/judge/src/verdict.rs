@@ -45,6 +45,8 @@ pub struct Verdict {
     pub left: u64,
     /// The largest share of its tolerance that anything is off, where steps are judged.
     pub worst: f64,
+    /// How often the engine's search for a root fell back to going on.
+    pub fallbacks: u64,
     /// Why the run ended.
     pub stop: String,
     /// The engine's sentence, where it refused the document.
@@ -104,7 +106,10 @@ pub fn judge(case: &Value) -> Option<Verdict> {
 /// Judge what was reported of a problem.
 #[must_use]
 pub fn judge_report(problem: &Problem, report: &Report) -> Verdict {
-    Judge::new(problem, report).follow()
+    Verdict {
+        fallbacks: report.fallbacks,
+        ..Judge::new(problem, report).follow()
+    }
 }
 
 #[derive(Clone)]

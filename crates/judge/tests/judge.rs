@@ -251,6 +251,11 @@ fn a_sample_of_what_the_others_leave_out_is_right() {
 }
 
 #[test]
+fn a_sample_under_friction_by_polynomials_is_right() {
+    clean(80, |index| draw::polynomial(2, index));
+}
+
+#[test]
 fn a_sample_under_varying_normal_forces_and_on_bent_springs_is_right() {
     clean(80, |index| draw::loaded(2, index));
     let kinds = |index| {

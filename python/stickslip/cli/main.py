@@ -12,7 +12,7 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from stickslip.cli import (
@@ -143,6 +143,14 @@ def _check_target(target: str, named: str, command: str) -> None:
     check_ending(target, *(_pictures() if wanted == ".png" else SAME_KIND.get(wanted, (wanted,))))
 
 
+def _check_apart(targets: Iterable[str]) -> None:
+    """Refuse two outputs of one name: the second would be written over the first. Films may share a folder."""
+    files = [Path(target).resolve() for target in targets if Path(target).suffix]
+    for file in files:
+        if files.count(file) > 1:
+            raise InputError(f"{file}: two outputs have this name; give each its own")
+
+
 def _pictures() -> tuple[str, ...]:
     from matplotlib.backend_bases import FigureCanvasBase
 
@@ -194,6 +202,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for action in _commands(parser)[options.command]._actions:
             if action.dest in targets:
                 _check_target(targets[action.dest], str(action.metavar), options.command)
+        _check_apart(targets.values())
         with _ended_in_order(), keeping_inputs(targets.values()), _warning_in_one_line():
             options.run(options)
     except InputError as error:

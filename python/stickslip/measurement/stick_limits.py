@@ -469,7 +469,7 @@ def _deviances(value: Callable[[Array], Array], positions: Array) -> Array:
 def _peak(positions: Array, deviances: Array) -> tuple[float, float]:
     """Place of the least deviance by a parabola, and its standard error; 0 where it has no curvature."""
     i = int(np.clip(np.argmin(deviances), 1, len(positions) - 2))
-    left, lowest, right = deviances[i - 1 : i + 2]
+    left, lowest, right = deviances[i - 1 : i + 2].tolist()
     corner = left + right - 2 * lowest
     if not 0 < corner < np.inf:
         return float(positions[i]), 0.0

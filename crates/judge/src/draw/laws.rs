@@ -36,6 +36,34 @@ fn table(random: &mut Random, units: Units, first: f64) -> Vec<[f64; 2]> {
     nodes
 }
 
+/// Low polynomials through what is drawn, with corners between them, or high ones through a smooth function.
+fn polynomials(random: &mut Random, units: Units, low: f64) -> Value {
+    let pieces = 1 + random.one_of(3);
+    let degree = random.pick(&[2, 3, 4, 4, 8, 16]);
+    let (fall, scale) = (
+        low * random.within(-0.5, 1.0),
+        units.velocity * random.decades(-1.3, 0.3),
+    );
+    let rise = random.within(0.0, 0.3) * units.damping();
+    let mut nodes = vec![[0.0, low + fall]];
+    for _ in 0..pieces {
+        let from = nodes[nodes.len() - 1][0];
+        let width = units.velocity * random.decades(-1.5, 0.3);
+        for i in 1..=degree {
+            let share = 0.5 - 0.5 * (std::f64::consts::PI * f64::from(i) / f64::from(degree)).cos();
+            let u = from + width * share;
+            let force = if degree < 8 {
+                units.force * random.within(0.2, 1.2)
+            } else {
+                low + fall * (-u / scale).exp() + rise * u
+            };
+            nodes.push([u, force]);
+        }
+    }
+    let break_away = above(random, nodes[0][1]);
+    json!({"type": "PiecewisePolynomial", "nodes": nodes, "break_away": break_away, "degree": degree})
+}
+
 pub(super) fn law(random: &mut Random, name: &str, units: Units) -> Value {
     let force = |value: f64| value * units.force;
     let low = force(random.within(0.1, 1.0));
@@ -113,6 +141,7 @@ pub(super) fn law(random: &mut Random, name: &str, units: Units) -> Value {
                 "upper_turn": if random.chance(0.3) { "back" } else { "down" },
             })
         }
+        "PiecewisePolynomial" => polynomials(random, units, low),
         "Dahl" | "LuGre" | "ElastoPlastic" | "BoucWen" | "RateState" | "Regularised" => {
             state_law(random, name, units)
         }

@@ -297,7 +297,9 @@ impl<'a, R: Real> Phase<'a, R> {
 fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Option<Vec<R>> {
     const PARTS: [u32; 7] = [2, 4, 6, 8, 10, 12, 14];
     model.steps.set(model.steps.get() + 1);
-    if depth == 12 || model.steps.get() > STIFF {
+    // A corner of a curve is closed in on by halves.
+    let cornered = model.curves.iter().any(|curve| curve.shape.cornered());
+    if depth == if cornered { 48 } else { 12 } || model.steps.get() > STIFF {
         return None;
     }
     // The forces of curves come last and are no part of the state; waves and the clock are.

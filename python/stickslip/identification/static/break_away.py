@@ -502,8 +502,8 @@ def drift(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
     found = fits["logarithmic"]
     time, log = rows["t"] - rows.groupby("record")["t"].transform("mean"), np.log10(rows["stick_time"])
     log = log - log.groupby(rows["record"]).transform("mean")
-    # Sticks of one length in each record show no growth within it.
-    if time.std() == 0 or log.std() < EQUAL or abs(float(np.corrcoef(time, log)[0, 1])) < TOGETHER:
+    # Sticks of one length in each record show no growth within it; a table made by hand may have no times at all.
+    if not time.std() > 0 or log.std() < EQUAL or not abs(float(np.corrcoef(time, log)[0, 1])) >= TOGETHER:
         return []
     slope, error = (float(found.parameters[column]["slope"]) for column in ("value", "error"))
     whole = found.residuals + slope * log

@@ -160,10 +160,13 @@ impl Motion {
             };
             let curvature = curvature_bound(&u, step);
             let (mut t, mut speed, mut slope) = (0.0, u[0], u[1]);
+            // Slip that begins may do so below zero, by rounding.
+            let mut begun = false;
             for round in 0..=ROUNDS {
-                if !(t < step && speed >= 0.0) {
+                if !(t < step && (speed >= 0.0 || !begun)) {
                     break;
                 }
+                begun |= speed > 0.0;
                 if round == ROUNDS {
                     // So far they agree.
                     step = t;
