@@ -66,6 +66,12 @@ def test_a_table_made_by_hand_needs_no_times(t):
     assert row["low"] < 0.05 * math.log(10) < row["high"]
 
 
+@pytest.mark.parametrize(("stick_time", "force"), [(np.arange(1.0, 7), 0.0), (np.geomspace(1e-9, 1e-6, 20), 1.0)])
+def test_forces_that_are_all_zero_and_times_next_to_nothing_are_no_fault(stick_time, force):
+    found = fit_static_friction(friction(stick_time, np.full(len(stick_time), force), np.zeros(len(stick_time))))
+    assert found.chosen == "constant"
+
+
 def loaded(seed, slope, chance, begun, count=25):
     """Sticks that are loaded from about -0.6 at a rate of 10 and end where they meet their own limit 1 + slope log10 t_s."""
     random = np.random.default_rng(seed)

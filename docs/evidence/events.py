@@ -277,8 +277,12 @@ def page(chunks: list[dict]) -> str:
             "| seed | document | what | off | tolerance |",
             "|---:|---|---|---:|---:|",
         ]
+        # What is no number has none in JSON.
         text += [
-            f"| {s} | {f['from']} | {f['what']} | {f['off']:.2g} | {f['tolerance']:.2g} |" for s, f in open_ones[:60]
+            f"| {s} | {f['from']} | {f['what']} | "
+            + " | ".join("no number" if f[key] is None else f"{f[key]:.2g}" for key in ("off", "tolerance"))
+            + " |"
+            for s, f in open_ones[:60]
         ]
     return "\n".join(text) + "\n"
 

@@ -557,7 +557,7 @@ def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
             (force - limit(time, rate)) / np.hypot(nearing * np.sqrt(np.maximum(sigma**2 - aside**2, 0.0)), aside)
         )
 
-    least = 1e-12 * float(np.abs(force).max()) + 1e-300
+    least = 1e-12 * float(np.abs(force).max()) or 1.0
     sigma = np.full(len(force), max(robust_scale(force - np.median(force)), least))
     for _ in range(4):
         columns = together / sigma[:, None]
@@ -632,7 +632,8 @@ def approach(limit: Callable[[Array, Array], Array], time: Array, rate: Array) -
     """
     h = 1e-3 * time
     slope = (limit(time + h, rate) - limit(time - h, rate)) / (2 * h)
-    return np.asarray(np.nan_to_num(np.clip(1 - slope / np.maximum(rate, 1e-300), *APPROACH), nan=1.0))
+    with np.errstate(over="ignore"):  # it is cut off
+        return np.asarray(np.nan_to_num(np.clip(1 - slope / np.maximum(rate, 1e-300), *APPROACH), nan=1.0))
 
 
 def _shares(together: Array) -> Array:
