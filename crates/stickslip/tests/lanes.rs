@@ -194,7 +194,7 @@ fn usual(counts: [u64; 4]) {
     let [count, total, handed, ill] = counts;
     let seen = format!("{total} events, {handed} handed over, {ill} of {count} ill-conditioned");
     assert!(
-        total > 10 * count && handed < total / 400 && ill * 20 < count,
+        total > 10 * count && handed < total / 500 && ill * 20 < count,
         "{seen}"
     );
     println!("{seen}");
