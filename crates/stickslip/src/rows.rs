@@ -66,15 +66,12 @@ impl Rows {
         begin: &Start,
     ) -> Result<(Model, Start), Error> {
         let beside = oscillator.and_then(|oscillator| self.beside(oscillator, values));
-        let (model, starts) = match beside {
-            Some((oscillator, starts)) => {
-                oscillator.validate()?;
-                (Model::Closed(oscillator), starts)
-            }
-            None => {
-                let (document, starts) = self.described(values)?;
-                (Model::read(&document)?, starts)
-            }
+        let (model, starts) = if let Some((oscillator, starts)) = beside {
+            oscillator.validate()?;
+            (Model::Closed(oscillator), starts)
+        } else {
+            let (document, starts) = self.described(values)?;
+            (Model::read(&document)?, starts)
         };
         let mut start = begin.clone();
         starts.begin(&mut start, model.masses())?;
