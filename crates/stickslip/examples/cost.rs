@@ -40,6 +40,8 @@ fn oscillator(
 /// Seconds of this thread on a processor, where Linux says so: others may keep the cores busy. Else those that passed.
 fn processor() -> f64 {
     static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    // Linux brings the sum up to date at a tick, which is milliseconds apart, and when a thread offers its core to others.
+    std::thread::yield_now();
     let spent = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let nanoseconds = spent.and_then(|line| line.split(' ').next()?.parse::<f64>().ok());
     nanoseconds.map_or_else(|| BEGIN.elapsed().as_secs_f64(), |spent| 1e-9 * spent)

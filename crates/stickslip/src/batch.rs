@@ -104,10 +104,12 @@ impl Batch {
     /// Runs that go in SIMD lanes where that is possible.
     fn block(&self, range: Range<usize>, go_on: &impl Fn() -> bool) -> Result<Vec<Row>, Error> {
         let of = |index: usize| move |error| self.rows.error(index, &error);
+        let own = self.rows.oscillator();
         let models = range.clone().map(|index| {
             let model = || {
                 positive("t_end", self.t_end)?;
-                self.rows.model(self.rows.row(index), &Start::default())
+                self.rows
+                    .model_beside(own.as_ref(), self.rows.row(index), &Start::default())
             };
             model().map_err(of(index))
         });

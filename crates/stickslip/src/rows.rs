@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use crate::error::{Error, wrong};
 use crate::model::{Model, Start};
+use crate::oscillator::Oscillator;
 
 /// A document, and what is varied in it.
 #[derive(Clone, Debug)]
@@ -41,11 +42,53 @@ impl Rows {
     /// # Errors
     /// A name that is no number of the document, and what makes no sense in the document.
     pub fn model(&self, values: &[f64], begin: &Start) -> Result<(Model, Start), Error> {
-        let (document, starts) = self.described(values)?;
-        let model = Model::read(&document)?;
+        self.model_beside(None, values, begin)
+    }
+
+    /// The oscillator of the document where nothing is varied but numbers of its own, none of its law, and its start.
+    pub(crate) fn oscillator(&self) -> Option<Oscillator> {
+        let Ok(Model::Closed(mut oscillator)) = Model::read(&self.document) else {
+            return None;
+        };
+        let direct = self.names.iter().all(|name| {
+            let number = self.document.pointer(&pointer(name));
+            start_of(name).is_some()
+                || number.is_some_and(Value::is_number) && own_number(&mut oscillator, name).is_some()
+        });
+        direct.then_some(oscillator)
+    }
+
+    /// The same, where [`Self::oscillator`] is known: to read a document for each row takes as long as a hundred events in lanes.
+    pub(crate) fn model_beside(
+        &self,
+        oscillator: Option<&Oscillator>,
+        values: &[f64],
+        begin: &Start,
+    ) -> Result<(Model, Start), Error> {
+        let beside = oscillator.and_then(|oscillator| self.beside(oscillator, values));
+        let (model, starts) = if let Some((oscillator, starts)) = beside {
+            oscillator.validate()?;
+            (Model::Closed(oscillator), starts)
+        } else {
+            let (document, starts) = self.described(values)?;
+            (Model::read(&document)?, starts)
+        };
         let mut start = begin.clone();
         starts.begin(&mut start, model.masses())?;
         Ok((model, start))
+    }
+
+    /// The oscillator with the values of a row; none where its motion is not in closed form, or a value has no place in a document.
+    fn beside(&self, oscillator: &Oscillator, values: &[f64]) -> Option<(Oscillator, Starts<'_>)> {
+        let mut oscillator = oscillator.clone();
+        let mut starts = Vec::new();
+        for (name, value) in self.named(values) {
+            match start_of(name) {
+                Some((head, mass)) => starts.push((head, mass, value)),
+                None => *own_number(&mut oscillator, name).filter(|_| value.is_finite())? = value,
+            }
+        }
+        oscillator.closed().then_some((oscillator, Starts(starts)))
     }
 
     /// The document of the values of a row, and what they say of its start.
@@ -56,12 +99,12 @@ impl Rows {
         let mut document = self.document.clone();
         let mut starts = Vec::new();
         for (name, value) in self.named(values) {
-            let (head, mass) = name.split_once('.').unwrap_or((name, ""));
-            if matches!(head, "x0" | "v0") {
-                starts.push((head, mass, value));
-            } else {
-                for number in numbers(&mut document, name)? {
-                    *number = value.into();
+            match start_of(name) {
+                Some((head, mass)) => starts.push((head, mass, value)),
+                None => {
+                    for number in numbers(&mut document, name)? {
+                        *number = value.into();
+                    }
                 }
             }
         }
@@ -105,9 +148,39 @@ impl Starts<'_> {
     }
 }
 
+/// x0 or v0 and the mass, where a name is that of a start.
+fn start_of(name: &str) -> Option<(&str, &str)> {
+    let (head, mass) = name.split_once('.').unwrap_or((name, ""));
+    matches!(head, "x0" | "v0").then_some((head, mass))
+}
+
+/// A number of an oscillator, none of its law, at a dotted path of its document.
+fn own_number<'a>(oscillator: &'a mut Oscillator, path: &str) -> Option<&'a mut f64> {
+    Some(match path {
+        "mass" => &mut oscillator.mass,
+        "stiffness" => &mut oscillator.stiffness,
+        "damping" => &mut oscillator.damping,
+        "drive_velocity" => &mut oscillator.drive_velocity,
+        _ => {
+            let (index, number) = path.strip_prefix("forcing.")?.split_once('.')?;
+            let force = oscillator.forcing.get_mut(index.parse::<usize>().ok()?)?;
+            match number {
+                "amplitude" => &mut force.amplitude,
+                "frequency" => &mut force.frequency,
+                "phase" => &mut force.phase,
+                _ => return None,
+            }
+        }
+    })
+}
+
+fn pointer(path: &str) -> String {
+    format!("/{}", path.replace('.', "/"))
+}
+
 /// The numbers at a dotted path of a document.
 fn numbers<'a>(document: &'a mut Value, path: &str) -> Result<Vec<&'a mut Value>, Error> {
-    let found = numbers_at(document, &format!("/{}", path.replace('.', "/")));
+    let found = numbers_at(document, &pointer(path));
     if found.is_empty() {
         return wrong(format!("the system document has no number {path:?}"));
     }

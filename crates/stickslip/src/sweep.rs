@@ -16,6 +16,7 @@ use crate::mode::Kind;
 use crate::model::{Model, Start};
 use crate::observer::{Course, Observer};
 use crate::orbit::Event;
+use crate::oscillator::Oscillator;
 use crate::regime::Regime;
 use crate::rows::Rows;
 use crate::section::{Cut, Passing, Point, Surface, keep};
@@ -146,7 +147,7 @@ impl Sweep {
         look: &Look,
         go_on: &mut dyn FnMut() -> bool,
     ) -> Result<Steady, Error> {
-        let (model, start) = self.model(values, begin)?;
+        let (model, start) = self.model(None, values, begin)?;
         steady_of(&model, &mut model.run(&start, look.max_events)?, look, go_on)
     }
 
@@ -162,12 +163,13 @@ impl Sweep {
         go_on: &mut dyn FnMut() -> bool,
     ) -> Result<Vec<Steady>, Error> {
         let mut rows = Vec::with_capacity(range.len());
+        let own = self.rows.oscillator();
         for first in range.clone().step_by(ABREAST) {
             let block = first..range.end.min(first + ABREAST);
             let models: Vec<_> = block
                 .clone()
                 .map(|index| {
-                    self.model(self.rows.row(index), begin)
+                    self.model(own.as_ref(), self.rows.row(index), begin)
                         .map_err(|error| self.rows.error(index, &error))
                 })
                 .collect::<Result<_, Error>>()?;
@@ -196,8 +198,13 @@ impl Sweep {
     }
 
     /// The model of the values of a row, and where its run begins.
-    fn model(&self, values: &[f64], begin: &Start) -> Result<(Model, Start), Error> {
-        let (model, mut start) = self.rows.model(values, begin)?;
+    fn model(
+        &self,
+        own: Option<&Oscillator>,
+        values: &[f64],
+        begin: &Start,
+    ) -> Result<(Model, Start), Error> {
+        let (model, mut start) = self.rows.model_beside(own, values, begin)?;
         if let Some(restart) = start.restart.filter(|_| self.varies_law()) {
             // Lines and memory of one law say nothing under another.
             start.restart = None;

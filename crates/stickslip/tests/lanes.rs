@@ -122,8 +122,9 @@ fn halved(oscillator: &Oscillator) -> Oscillator {
 }
 
 /// Every width against one lane, one lane against a single motion, and against the engine of single motions; what differs there by more than 1e-9 is so
-/// ill-conditioned that this engine differs more from itself at a drive velocity that is off by 1e-12.
-fn compare(count: usize, seed: u64) {
+/// ill-conditioned that this engine differs more from itself at a drive velocity that is off by 1e-12. How many motions, events,
+/// phases handed over and ill-conditioned motions there were.
+fn compare(count: usize, seed: u64) -> [u64; 4] {
     let mut dice = Dice(seed);
     let runs: Vec<(Oscillator, Run)> = (0..count).map(|_| draw(&mut dice)).collect();
     assert!(runs.iter().all(|(oscillator, _)| fits(oscillator)));
@@ -184,27 +185,42 @@ fn compare(count: usize, seed: u64) {
         );
         ill += 1;
     }
+    [count as u64, total as u64, handed, ill]
+}
+
+/// Motions have events, few phases are handed over, and few motions are ill-conditioned.
+#[expect(clippy::print_stdout, reason = "counts for the page of speed")]
+fn usual(counts: [u64; 4]) {
+    let [count, total, handed, ill] = counts;
     let seen = format!("{total} events, {handed} handed over, {ill} of {count} ill-conditioned");
     assert!(
-        total > 10 * count && handed < total as u64 / 500 && ill * 20 < count,
+        total > 10 * count && handed < total / 500 && ill * 20 < count,
         "{seen}"
     );
+    println!("{seen}");
 }
 
 #[test]
 fn lanes_agree_with_single_motions() {
-    compare(400, 1);
+    usual(compare(400, 1));
 }
 
 #[test]
 #[ignore = "minutes; STICKSLIP_MOTIONS says how many"]
 fn many_lanes_agree_with_single_motions() {
     let asked = std::env::var("STICKSLIP_MOTIONS").map_or(100_000, |text| text.parse().unwrap());
+    let mut counts = [0; 4];
     for block in 0..asked / 1000 {
         // What fails is named by its seed.
         let seed = 1000 + block;
-        std::panic::catch_unwind(|| compare(1000, seed)).unwrap_or_else(|_| panic!("seed {seed}"));
+        let found =
+            std::panic::catch_unwind(|| compare(1000, seed)).unwrap_or_else(|_| panic!("seed {seed}"));
+        for (count, found) in counts.iter_mut().zip(found) {
+            *count += found;
+        }
     }
+    // All together: a few of a thousand more or fewer are handed over by chance.
+    usual(counts);
 }
 
 /// A slip so short that its end is reached by a long step from the sample before it: the position has all its digits.

@@ -15,6 +15,9 @@ const SYSTEM: usize = 4;
 const STATE: usize = 5;
 /// The most of both.
 const MOST: usize = STATE + SYSTEM + 3 * MOST_HARMONICS;
+/// (γ/ω)² up to which slip goes in closed form. Beyond critical damping the slow and the fast exponential cancel, which costs up
+/// to γ/ω roundings of the largest term.
+const MOST_OVERDAMPED: f64 = 1e4;
 /// Below this ratio of its dynamic stiffness to the static one a force meets a resonance, which costs digits.
 const RESONANT: f64 = 0.05;
 
@@ -244,7 +247,7 @@ impl Closed {
         let [mass, damping, stiffness, drive] = self.system;
         let drag = damping + slope;
         let (gamma, natural) = (0.5 * drag / mass, stiffness / mass);
-        if !(stiffness > 0.0 && gamma * gamma < 2.0 * natural) {
+        if !(stiffness > 0.0 && gamma * gamma < MOST_OVERDAMPED * natural) {
             return None;
         }
         let [free, by_gamma, by_natural] = Free::of(gamma, natural, tau);
@@ -431,5 +434,29 @@ impl Complex {
     /// i times it.
     fn turned(self) -> Self {
         Self(-self.1, self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Free;
+    use crate::elementary::exp;
+
+    /// Beyond critical damping the free motion is a slow and a fast exponential.
+    #[test]
+    fn overdamped_motion_keeps_its_digits() {
+        for gamma in [1.5, 28.6, 99.0] {
+            for tau in [1e-3, 0.1, 1.0, 5.0] {
+                let fast = -gamma - f64::sqrt(gamma * gamma - 1.0);
+                let slow = 1.0 / fast;
+                let [s, f] = [slow, fast].map(|root| exp(root * tau));
+                let expected = [[slow * f - fast * s, s - f], [f - s, slow * s - fast * f]];
+                let [free, ..] = Free::of(gamma, 1.0, tau);
+                for (own, expected) in free.as_flattened().iter().zip(expected.as_flattened()) {
+                    let off = own - expected / (slow - fast);
+                    assert!(off.abs() < 1e-15 * gamma * (1.0 + tau), "{gamma} {tau} {off}");
+                }
+            }
+        }
     }
 }
