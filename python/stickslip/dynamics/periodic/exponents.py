@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.dynamics.periodic.cycles import unlike
 from stickslip.dynamics.periodic.event_sequence import TIME, EventSequence, check, layout_of
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import sizes_of
@@ -102,7 +103,8 @@ def lyapunov(
     system : of one mass or several. Contacts under laws without an internal state must not close a loop; under laws with one
         the variational equation is integrated along with the motion, and each state has an exponent too.
     t_end : time to run; some thousand periods give two digits.
-    x0, v0 : start, as for :func:`stickslip.simulate`.
+    x0, v0 : start, as for :func:`stickslip.simulate`; by default several masses for which rest at one position does not do
+        start at unlike positions.
     transient : the fraction of the run that is left out, in [0, 1).
     seed : of the directions that are followed.
 
@@ -129,6 +131,23 @@ def lyapunov(
     if isinstance(system, Oscillator | System) and system.integrated:
         return _of_states(system, end, x0, v0, transient * end, seed)
     check(system, "lyapunov")
+    starts: list[tuple[Any, Any]] = [(x0, v0)]
+    if x0 is None and v0 is None:
+        # Masses that begin alike may move alike, at the edge of the motions that a disturbance leads to.
+        starts += unlike(system)
+    refusals = []
+    for x, v in starts:
+        try:
+            return _through_events(system, end, x, v, transient * end, seed)
+        except InputError as refusal:
+            refusals.append(refusal)
+    raise refusals[0]
+
+
+def _through_events(
+    system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None, begin: float, seed: int
+) -> LyapunovSpectrum:
+    """Exponents under laws without an internal state, orthogonalised at every event."""
     forced = forcing_period(system) is not None
     layout = layout_of(system)
     motion = np.concatenate([layout.x, layout.v])
@@ -142,7 +161,6 @@ def lyapunov(
         basis[0] = rng.standard_normal(directions)
     # What is not orthonormal at the start would count as growth.
     basis = np.linalg.qr(basis)[0]
-    begin = transient * end
     sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
     times: list[float] = []
     course: list[NDArray[np.float64]] = []
