@@ -125,10 +125,11 @@ def test_events_of_equal_masses_at_one_time_are_refused() -> None:
 def test_exponents_of_equal_masses_are_found_without_a_start() -> None:
     chain = ss.chain(2, ss.laws.StaticKinetic(1.0, 0.6), 0.2, damping=0.05)
     cycle = ss.periodic_orbit(chain)
-    spectrum = ss.lyapunov(chain, 1000.0)
-    assert spectrum.exponents[0] == 0.0
-    assert spectrum.exponents[1] == pytest.approx(np.log(np.abs(cycle.multipliers[1])) / cycle.period, abs=2e-3)
-    assert np.isneginf(spectrum.exponents[2:]).all()
+    # Both masses stick at one time until t = 306: what that forgets is left out with the transient.
+    spectrum = ss.lyapunov(chain, 1000.0, transient=0.5)
+    known = np.log(np.abs(cycle.multipliers[:3])) / cycle.period
+    assert spectrum.exponents[:3] == pytest.approx(known, abs=2e-3)
+    assert spectrum.exponents[3] == -math.inf
 
 
 def test_derivatives_under_heavy_damping_are_refused_in_one_sentence() -> None:

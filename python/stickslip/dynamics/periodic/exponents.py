@@ -23,6 +23,8 @@ from stickslip.simulation.integration import integrate
 
 #: The derivatives held at one time are of no more numbers: each event of 100 masses has a million and a half.
 _MOST_NUMBERS = 20_000_000
+#: A direction that shrinks to less of the largest one is lost: it is what rounding leaves.
+_LOST = 1e-12
 
 
 @dataclass(frozen=True)
@@ -162,6 +164,7 @@ def _through_events(
     # What is not orthonormal at the start would count as growth.
     basis = np.linalg.qr(basis)[0]
     sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
+    lost = np.zeros(directions, bool)
     times: list[float] = []
     course: list[NDArray[np.float64]] = []
     for sequence in _blocks(system, end, x0, v0):
@@ -172,11 +175,18 @@ def _through_events(
             # A direction once lost stays lost: its factor is 0 for good.
             basis, factors = np.linalg.qr(full)
             now += duration
-            if now > begin:
+            sizes = np.abs(np.diag(factors))
+            if now <= begin:
+                lost |= sizes < _LOST * sizes.max()
+            else:
+                if lost.any():
+                    # What the transient forgot may be remembered by the motion it leads to.
+                    basis[np.ix_(motion, lost)] = rng.standard_normal((len(motion), lost.sum()))
+                    basis, lost = np.linalg.qr(basis)[0], np.zeros(directions, bool)
+                    continue
                 with np.errstate(divide="ignore"):
-                    sizes = np.abs(np.diag(factors))
                     # What rounding leaves of a direction that a stick forgets is nothing.
-                    sums += np.log(np.where(sizes < 1e-12 * sizes.max(), 0.0, sizes))
+                    sums += np.log(np.where(sizes < _LOST * sizes.max(), 0.0, sizes))
                 elapsed += duration
                 counted += int(ending != TIME)
                 times.append(elapsed)
