@@ -183,8 +183,8 @@ impl Motion {
             before = now;
         }
         let pull = frame.undamped * frame.undamped * x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let rubs = (0..force_lines.len()).map(|c| self.force.of(0)[c].abs() * frame.coupling(c, c));
-        let pull = rubs.fold(pull, f64::max);
+        let friction = (0..force_lines.len()).map(|c| self.force.of(0)[c].abs() * frame.coupling(c, c));
+        let pull = friction.fold(pull, f64::max);
         let slow = modes.iter().enumerate().all(|(m, mode)| {
             let sizes = mode.dual.iter().zip(v);
             let size: f64 = sizes
