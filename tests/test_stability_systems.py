@@ -119,7 +119,29 @@ def test_the_motion_of_equal_masses_is_found_without_a_guess(masses: int) -> Non
 
 def test_events_of_equal_masses_at_one_time_are_refused() -> None:
     with pytest.raises(ss.InputError, match="events at one time"):
-        ss.lyapunov(ss.chain(2, ss.laws.Coulomb(1.0), 0.1), 100.0)
+        ss.lyapunov(ss.chain(2, ss.laws.Coulomb(1.0), 0.1), 100.0, x0=[0.0, 0.0])
+
+
+def test_exponents_of_equal_masses_are_found_without_a_start() -> None:
+    chain = ss.chain(2, ss.laws.StaticKinetic(1.0, 0.6), 0.2, damping=0.05)
+    cycle = ss.periodic_orbit(chain)
+    # Both masses stick at one time until t = 306: what that forgets is left out with the transient.
+    spectrum = ss.lyapunov(chain, 1000.0, transient=0.5)
+    known = np.log(np.abs(cycle.multipliers[:3])) / cycle.period
+    assert spectrum.exponents[:3] == pytest.approx(known, abs=2e-3)
+    assert spectrum.exponents[3] == -math.inf
+
+
+def test_derivatives_under_heavy_damping_are_refused_in_one_sentence() -> None:
+    law = ss.laws.StaticKinetic(1.0, 0.6)
+    contacts = [ss.Contact(i, law, 3e-7) for i in range(2)]
+    pair = ss.System([1, 1], [[2, -1], [-1, 2]], [1e6, 1e6], contacts, ss.Force(1.9, 0.9))
+    for ask in (ss.periodic_orbit, lambda system: ss.lyapunov(system, 50.0)):
+        with pytest.raises(
+            ss.InputError, match=r"no derivative is known under damping 5.8e\+05 times as fast as the masses"
+        ):
+            ask(pair)
+    assert ss.simulate(pair, 50.0).stop == "t_end"
 
 
 def test_exponent_of_strong_chaos_is_the_average_of_the_release_map() -> None:

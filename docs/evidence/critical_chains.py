@@ -139,13 +139,25 @@ def attracts_on_one_side(system: ss.System, here: float, there: float) -> bool:
 
 
 def ends_followed(system: ss.System, here: float, there: float) -> bool:
-    """Whether a motion that sticks, followed to a speed from afar by small steps, sticks on there and not beyond."""
-    end: Any = None
-    for speed in here + (here - there) * np.append(np.geomspace(500, 0.3, 150), 0.0):
-        if speed > 0:
-            goes_on, end = run(system, speed, SHORT, end)
-            end = end if goes_on else None
-    return end is not None and run(system, here, LONGEST, end)[0] and not run(system, there, LONGEST, end)[0]
+    """Whether a motion that sticks from a stuck start, followed to a speed from afar, sticks on there and not beyond.
+
+    It is followed from the nearest speeds at which there is one, by steps that are halved where they lose it: near its end
+    the basin of a motion is small.
+    """
+    away = math.copysign(1.0, here - there)
+    begins = [speed for speed in here * (1 + away * np.linspace(0.02, 0.4, 20)) if sticks(system, speed, SHORT)]
+    for begin in begins[:6]:
+        _, end = run(system, begin, SHORT)
+        left, step = abs(begin - here), 0.02 * here
+        while left > 0 and step > 1e-5 * here:
+            goes_on, after = run(system, here + away * max(left - step, 0.0), SHORT, end)
+            if goes_on:
+                left, end = max(left - step, 0.0), after
+            else:
+                step /= 2
+        if left == 0 and run(system, here, LONGEST, end)[0] and not run(system, there, LONGEST, end)[0]:
+            return True
+    return False
 
 
 def growth(system: ss.System, speed: float, cycles: float, share: float = 1e-6) -> float:

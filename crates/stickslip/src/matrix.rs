@@ -61,12 +61,9 @@ impl Matrix {
         (0..self.size).map(sum).fold(0.0, f64::max)
     }
 
-    /// The inverse of a symmetric positive definite matrix (Cholesky); none if it is not one.
-    pub(crate) fn inverse(&self) -> Option<Self> {
+    /// L of a symmetric positive definite matrix L Lᵀ (Cholesky); none if it is not one.
+    pub(crate) fn lower(&self) -> Option<Self> {
         let n = self.size;
-        if (0..n).all(|i| filled(self.row(i)).all(|(j, _)| i == j)) {
-            return self.inverse_of_diagonal();
-        }
         let mut lower = Self::zero(n);
         for j in 0..n {
             for i in j..n {
@@ -82,6 +79,16 @@ impl Matrix {
                 }
             }
         }
+        Some(lower)
+    }
+
+    /// The inverse of a symmetric positive definite matrix (Cholesky); none if it is not one.
+    pub(crate) fn inverse(&self) -> Option<Self> {
+        let n = self.size;
+        if (0..n).all(|i| filled(self.row(i)).all(|(j, _)| i == j)) {
+            return self.inverse_of_diagonal();
+        }
+        let lower = self.lower()?;
         let mut inverse = Self::zero(n);
         for column in 0..n {
             let mut solution = vec![0.0; n];
@@ -115,18 +122,9 @@ impl Matrix {
         Some(inverse)
     }
 
-    /// The inverse of a symmetric positive semidefinite matrix where it has one, and zero on its null space: the solution of
-    /// least size (Jacobi rotations).
-    pub(crate) fn pseudo_inverse(&self) -> Self {
+    /// The eigenvalues of a symmetric matrix, and its eigenvectors as columns (Jacobi rotations).
+    pub(crate) fn eigen(&self) -> (Vec<f64>, Self) {
         let n = self.size;
-        if n == 1 {
-            let mut inverse = Self::zero(1);
-            inverse.set(0, 0, 1.0 / self.at(0, 0));
-            return inverse;
-        }
-        if let Some(inverse) = self.inverse() {
-            return inverse;
-        }
         let mut a = self.clone();
         let mut vectors = Self::zero(n);
         for i in 0..n {
@@ -163,12 +161,28 @@ impl Matrix {
                 break;
             }
         }
-        let largest = (0..n).map(|i| a.at(i, i)).fold(0.0, f64::max);
+        ((0..n).map(|i| a.at(i, i)).collect(), vectors)
+    }
+
+    /// The inverse of a symmetric positive semidefinite matrix where it has one, and zero on its null space: the solution of
+    /// least size (Jacobi rotations).
+    pub(crate) fn pseudo_inverse(&self) -> Self {
+        let n = self.size;
+        if n == 1 {
+            let mut inverse = Self::zero(1);
+            inverse.set(0, 0, 1.0 / self.at(0, 0));
+            return inverse;
+        }
+        if let Some(inverse) = self.inverse() {
+            return inverse;
+        }
+        let (values, vectors) = self.eigen();
+        let largest = values.iter().copied().fold(0.0, f64::max);
         let mut inverse = Self::zero(n);
-        for k in (0..n).filter(|&k| a.at(k, k) > 1e-12 * largest) {
+        for k in (0..n).filter(|&k| values[k] > 1e-12 * largest) {
             for i in 0..n {
                 for j in 0..n {
-                    let part = vectors.at(i, k) * vectors.at(j, k) / a.at(k, k);
+                    let part = vectors.at(i, k) * vectors.at(j, k) / values[k];
                     inverse.set(i, j, inverse.at(i, j) + part);
                 }
             }

@@ -244,7 +244,7 @@ impl<'a> Loop<'a> {
             laws: system.contacts.iter().map(|contact| &contact.law).collect(),
             mass_of: system.contacts.iter().map(|contact| contact.mass).collect(),
             motion,
-            held: frame.held(Vec::new()),
+            held: frame.held_along(Vec::new()),
             frame,
             clock: Clock::default(),
             x,
@@ -532,7 +532,7 @@ impl<'a> Loop<'a> {
             .extend(self.contacts.iter().map(Contact::force_line));
         let stuck = (0..self.contacts.len()).filter(|&c| self.force_lines[c].holds());
         if !stuck.clone().eq(self.held.contacts.iter().copied()) {
-            self.held = self.frame.held(stuck.collect());
+            self.held = self.frame.held_along(stuck.collect());
         }
     }
 

@@ -8,6 +8,7 @@
 
 mod coefficients;
 mod reach;
+mod slow;
 pub(crate) mod tangent;
 
 use crate::clock::Clock;
@@ -22,6 +23,7 @@ use crate::spring::Spring;
 use crate::system::{Contact, System};
 pub(crate) use coefficients::Coefficients;
 use coefficients::{Acting, Layout};
+use slow::{Heavy, Slow};
 use tangent::Linear;
 
 /// What a contact does, as far as the flow cares.
@@ -116,6 +118,7 @@ pub(crate) struct Frame {
     pub(crate) push: f64,
     /// Whether the contacts can close a loop.
     pub(crate) loops: bool,
+    heavy: Option<Heavy>,
 }
 
 /// The adhesion of some contacts as a constraint: (b M⁻¹ bᵀ)⁻¹ over them, or the solution of least size where contacts are
@@ -124,6 +127,8 @@ pub(crate) struct Frame {
 pub(crate) struct Held {
     pub(crate) contacts: Vec<usize>,
     gain: Rows<f64>,
+    /// What heavy damping makes slow meanwhile.
+    slow: Option<Slow>,
 }
 
 impl Held {
@@ -228,13 +233,15 @@ impl Frame {
             let response = inverse.row(force.mass).iter().map(|value| value.abs());
             force.amplitude.abs() * response.fold(0.0, f64::max) / rate
         });
+        let undamped = Some(undamped.max(fastest))
+            .filter(|&rate| rate > 0.0)
+            .unwrap_or(rate);
         Self {
             masses: n,
             loops,
             rate,
-            undamped: Some(undamped.max(fastest))
-                .filter(|&rate| rate > 0.0)
-                .unwrap_or(rate),
+            undamped,
+            heavy: Heavy::of(system, damper.norm(), undamped),
             fastest,
             push: pushed.fold(driven, f64::max),
             layout: Layout::new(&near, &ends, &response),
@@ -346,7 +353,17 @@ impl Frame {
             let dense = block.pseudo_inverse();
             Rows::new((0..m).map(|i| filled(dense.row(i))))
         };
-        Held { contacts, gain }
+        let slow = None;
+        Held { contacts, gain, slow }
+    }
+
+    /// The same for the motion of a whole phase, which heavy damping makes slow.
+    pub(crate) fn held_along(&self, contacts: Vec<usize>) -> Held {
+        let slow = self.heavy.as_ref().map(|heavy| heavy.slow(&self.ends, &contacts));
+        Held {
+            slow,
+            ..self.held(contacts)
+        }
     }
 
     /// b_c as a sum of those of other contacts, where it is one: its share of each.
@@ -407,6 +424,8 @@ pub(crate) struct Motion {
     /// rounding of the velocities it is all there is.
     lost: Vec<[f64; 2]>,
     acting: Acting,
+    /// How fast the motion is, where damping leaves no other than a slow one.
+    slow: Option<f64>,
 }
 
 impl Motion {
@@ -433,6 +452,7 @@ impl Motion {
             wanted: vec![0.0; c],
             lost: vec![[0.0; 2]; n],
             acting: Acting::new(frame),
+            slow: None,
         }
     }
 
@@ -534,6 +554,10 @@ impl Motion {
         x: &[f64],
         v: &[f64],
     ) {
+        self.slow = None;
+        if self.expand_slow(frame, laws, force_lines, held, x, v) {
+            return;
+        }
         let linear = frame.springs.is_empty();
         if let ([_], [law], [force_line], [None], true) = (x, laws, force_lines, &frame.normals[..], linear) {
             self.expand_single(frame, law, *force_line, x[0], v[0]);

@@ -183,7 +183,7 @@ impl<'a> Expansion<'a> {
         let held = (0..self.force_lines.len())
             .filter(|&c| self.force_lines[c].holds())
             .collect();
-        let held = self.frame.held(held);
+        let held = self.frame.held_along(held);
         self.motion.aim(&self.frame, clock);
         let (x, v) = (&row[2..2 + n], &row[2 + n..2 + 2 * n]);
         self.motion

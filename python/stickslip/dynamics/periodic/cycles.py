@@ -349,7 +349,7 @@ def event_cycle(
     else:
         lengths = [*(slowest * count * (periods or 1) for count in _FROM_GUESS), 30 * slowest]
     # Masses that begin alike may move alike, at the edge of the motions that a disturbance leads to.
-    starts = [start, *_unlike(system)] if settles else [start]
+    starts = [start, *unlike(system)] if settles else [start]
     for begin in starts:
         refusals = []
         for length in lengths:
@@ -415,7 +415,7 @@ def _without_events(system: Any, start: tuple[Any, Any], periods: int) -> tuple[
     return None
 
 
-def _unlike(system: Oscillator | System) -> list[tuple[Any, Any]]:
+def unlike(system: Oscillator | System) -> list[tuple[Any, Any]]:
     """Starts on the drive in which no two masses are at the same position, for a system of several."""
     if isinstance(system, Oscillator) or system.masses == 1:
         return []

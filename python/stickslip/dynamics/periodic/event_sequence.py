@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -20,6 +21,8 @@ Floats = NDArray[np.float64]
 Modes = NDArray[np.int8]
 Table = NDArray[np.void]
 
+#: Damping so many times as fast as the masses swing leaves no phase short enough for the steps of derivatives.
+_HEAVY = 1e5
 #: What a contact adds to a state: the line of friction, what the contact remembers, how long it has stuck.
 CONTACT = (
     *("offset", "slope", "low", "high"),
@@ -75,6 +78,17 @@ def check(system: Any, who: str) -> Any:
             )
     if isinstance(system, Oscillator) and not isinstance(system.drive_velocity, float):
         raise InputError(f"{who}: drive_velocity must be a number; write a shaken drive as a forcing (see Drive)")
+    if isinstance(system, System):
+        # The motion under heavy damping goes by its slow part, its derivatives by steps as short as the damping.
+        mass = np.array(system.mass)
+        rates = [
+            np.abs(np.linalg.solve(mass, np.array(of))).sum(axis=1).max() for of in (system.damping, system.stiffness)
+        ]
+        if rates[0] > _HEAVY * math.sqrt(rates[1]) > 0:
+            raise InputError(
+                f"{who}: no derivative is known under damping {rates[0] / math.sqrt(rates[1]):.1e} times as fast as the "
+                "masses swing; simulate, section and orbit_diagram take it"
+            )
     return system
 
 

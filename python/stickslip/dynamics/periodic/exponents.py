@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from stickslip.dynamics.periodic.cycles import unlike
 from stickslip.dynamics.periodic.event_sequence import TIME, EventSequence, check, layout_of
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import sizes_of
@@ -23,6 +24,8 @@ from stickslip.simulation.integration import integrate
 
 #: The derivatives held at one time are of no more numbers: each event of 100 masses has a million and a half.
 _MOST_NUMBERS = 20_000_000
+#: A direction that shrinks to less of the largest one is lost: it is what rounding leaves.
+_LOST = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +106,8 @@ def lyapunov(
     system : of one mass or several. Contacts under laws without an internal state must not close a loop; under laws with one
         the variational equation is integrated along with the motion, and each state has an exponent too.
     t_end : time to run; some thousand periods give two digits.
-    x0, v0 : start, as for :func:`stickslip.simulate`.
+    x0, v0 : start, as for :func:`stickslip.simulate`; by default several masses for which rest at one position does not do
+        start at unlike positions.
     transient : the fraction of the run that is left out, in [0, 1).
     seed : of the directions that are followed.
 
@@ -130,6 +134,23 @@ def lyapunov(
     if isinstance(system, Oscillator | System) and system.integrated:
         return _of_states(system, end, x0, v0, transient * end, seed)
     check(system, "lyapunov")
+    starts: list[tuple[Any, Any]] = [(x0, v0)]
+    if x0 is None and v0 is None:
+        # Masses that begin alike may move alike, at the edge of the motions that a disturbance leads to.
+        starts += unlike(system)
+    refusals = []
+    for x, v in starts:
+        try:
+            return _through_events(system, end, x, v, transient * end, seed)
+        except InputError as refusal:
+            refusals.append(refusal)
+    raise refusals[0]
+
+
+def _through_events(
+    system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None, begin: float, seed: int
+) -> LyapunovSpectrum:
+    """Exponents under laws without an internal state, orthogonalised at every event."""
     forced = forcing_period(system) is not None
     layout = layout_of(system)
     motion = np.concatenate([layout.x, layout.v])
@@ -143,8 +164,8 @@ def lyapunov(
         basis[0] = rng.standard_normal(directions)
     # What is not orthonormal at the start would count as growth.
     basis = np.linalg.qr(basis)[0]
-    begin = transient * end
     sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
+    lost = np.zeros(directions, bool)
     times: list[float] = []
     course: list[NDArray[np.float64]] = []
     for sequence in _blocks(system, end, x0, v0):
@@ -155,11 +176,18 @@ def lyapunov(
             # A direction once lost stays lost: its factor is 0 for good.
             basis, factors = np.linalg.qr(full)
             now += duration
-            if now > begin:
+            sizes = np.abs(np.diag(factors))
+            if now <= begin:
+                lost |= sizes < _LOST * sizes.max()
+            else:
+                if lost.any():
+                    # What the transient forgot may be remembered by the motion it leads to.
+                    basis[np.ix_(motion, lost)] = rng.standard_normal((len(motion), lost.sum()))
+                    basis, lost = np.linalg.qr(basis)[0], np.zeros(directions, bool)
+                    continue
                 with np.errstate(divide="ignore"):
-                    sizes = np.abs(np.diag(factors))
                     # What rounding leaves of a direction that a stick forgets is nothing.
-                    sums += np.log(np.where(sizes < 1e-12 * sizes.max(), 0.0, sizes))
+                    sums += np.log(np.where(sizes < _LOST * sizes.max(), 0.0, sizes))
                 elapsed += duration
                 counted += int(ending != TIME)
                 times.append(elapsed)

@@ -141,7 +141,7 @@ impl Coefficients {
         &self.numbers[k * self.count..][..self.count]
     }
 
-    fn of_mut(&mut self, k: usize) -> &mut [f64] {
+    pub(super) fn of_mut(&mut self, k: usize) -> &mut [f64] {
         &mut self.numbers[k * self.count..][..self.count]
     }
 
@@ -447,44 +447,81 @@ impl Motion {
         x: &[f64],
         v: &[f64],
     ) {
+        let kind = self.ready(frame, force_lines, held, x, v);
+        for k in 0..frame.order {
+            self.accelerate(frame, laws, force_lines, held, k, kind);
+            self.follow(k, INVERSE[k + 1]);
+        }
+        self.finish(frame);
+    }
+
+    /// Begin an expansion; whether friction has slopes, and whether adhesion leaves no mass any freedom.
+    pub(super) fn ready(
+        &mut self,
+        frame: &Frame,
+        force_lines: &[ForceLine],
+        held: &Held,
+        x: &[f64],
+        v: &[f64],
+    ) -> (bool, bool) {
         self.begin(x, v);
         self.acting.lines.set(frame, force_lines, held);
         let lines = &self.acting.lines;
         let sloped = !lines.others.is_empty() || lines.slope.iter().any(|slope| *slope != 0.0);
-        // Adhesion leaves no mass any freedom.
-        let ridden = held.contacts.len() == frame.masses && !frame.loops;
-        let order = frame.order;
-        for k in 0..order {
-            self.free(frame, k);
-            self.speeds(frame, k);
-            if k == 0 {
-                // To the rounding of the slip velocity itself.
-                for (c, line) in force_lines.iter().enumerate() {
-                    let slip = self.slip(frame, c, v);
-                    self.u.numbers[c] = line.sign() * slip;
-                }
-            }
-            self.friction(frame, laws, force_lines, k, sloped);
-            self.hold(frame, held, k);
-            let drive = self.acting.drive.of(k + 1);
-            if ridden && held.contacts.iter().all(|&c| drive[c] == 0.0) {
-                // Every mass keeps its speed, without rounding.
-                self.acceleration.fill(0.0);
-            }
-            if k == 0 {
-                for (c, _) in force_lines.iter().enumerate().filter(|(_, line)| line.still) {
-                    let slope = drive[c] - frame.across(c, |i| self.acceleration[i]);
-                    frame.push(c, slope / frame.coupling(c, c), &mut self.acceleration);
-                }
-            }
-            let share = INVERSE[k + 1];
-            for (x, v) in self.x.of_mut(k + 1).iter_mut().zip(self.v.of(k)) {
-                *x = v * share;
-            }
-            for (v, a) in self.v.of_mut(k + 1).iter_mut().zip(&self.acceleration) {
-                *v = a * share;
+        (sloped, held.contacts.len() == frame.masses && !frame.loops)
+    }
+
+    /// Coefficients k of the accelerations, from those of x and v.
+    pub(super) fn accelerate(
+        &mut self,
+        frame: &Frame,
+        laws: &[&Law],
+        force_lines: &[ForceLine],
+        held: &Held,
+        k: usize,
+        (sloped, ridden): (bool, bool),
+    ) {
+        self.free(frame, k);
+        self.speeds(frame, k);
+        if k == 0 {
+            self.slips(frame, force_lines);
+        }
+        self.friction(frame, laws, force_lines, k, sloped);
+        self.hold(frame, held, k);
+        let drive = self.acting.drive.of(k + 1);
+        if ridden && held.contacts.iter().all(|&c| drive[c] == 0.0) {
+            // Every mass keeps its speed, without rounding.
+            self.acceleration.fill(0.0);
+        }
+        if k == 0 {
+            for (c, _) in force_lines.iter().enumerate().filter(|(_, line)| line.still) {
+                let slope = drive[c] - frame.across(c, |i| self.acceleration[i]);
+                frame.push(c, slope / frame.coupling(c, c), &mut self.acceleration);
             }
         }
+    }
+
+    /// The slip speeds at the start, to the rounding of the slip velocity itself.
+    fn slips(&mut self, frame: &Frame, force_lines: &[ForceLine]) {
+        for (c, line) in force_lines.iter().enumerate() {
+            let slip = self.slip(frame, c, self.v.of(0));
+            self.u.numbers[c] = line.sign() * slip;
+        }
+    }
+
+    /// The next coefficients of x and v, from those of v and of the accelerations.
+    pub(super) fn follow(&mut self, k: usize, share: f64) {
+        for (x, v) in self.x.of_mut(k + 1).iter_mut().zip(self.v.of(k)) {
+            *x = v * share;
+        }
+        for (v, a) in self.v.of_mut(k + 1).iter_mut().zip(&self.acceleration) {
+            *v = a * share;
+        }
+    }
+
+    /// The last coefficients of all that follows from x and v.
+    pub(super) fn finish(&mut self, frame: &Frame) {
+        let order = frame.order;
         self.speeds(frame, order);
         for at in 0..self.acting.lines.others.len() {
             self.press(frame, self.acting.lines.others[at], order);

@@ -28,9 +28,14 @@ impl Motion {
         sizes.fold(0.0, |most: f64, (x, v)| most.max(rate * x.abs()).max(v.abs()))
     }
 
+    /// L without friction.
+    fn rate(&self, frame: &Frame) -> f64 {
+        self.slow.unwrap_or(frame.rate)
+    }
+
     /// L of the motion at the start, friction included.
     fn pace(&self, frame: &Frame, force_lines: &[ForceLine]) -> f64 {
-        let mut rate = frame.rate;
+        let mut rate = self.rate(frame);
         for (c, force_line) in force_lines.iter().enumerate() {
             if force_line.slips() {
                 rate +=
@@ -74,7 +79,7 @@ impl Motion {
         let mut rate = self.pace(frame, force_lines);
         let bound = NEGLIGIBLE * scale;
         let order = frame.order;
-        let sizes = [order, order - 1].map(|k| (k, self.size(frame.rate, k)));
+        let sizes = [order, order - 1].map(|k| (k, self.size(self.rate(frame), k)));
         if sizes.iter().all(|(_, size)| *size == 0.0) {
             // The series has come to its end, as that of a mass on a constant drive: only waves go on.
             rate = frame.fastest;
@@ -94,7 +99,7 @@ impl Motion {
             }
             // What holds a stuck contact may vary while the masses do not.
             if force_line.direction == 0.0 || force_line.holds() {
-                let share = frame.rate * bound / frame.coupling(c, c);
+                let share = self.rate(frame) * bound / frame.coupling(c, c);
                 for (k, least) in &mut held {
                     *least = least.min(share / self.force.of(*k)[c].abs());
                 }
