@@ -12,7 +12,8 @@ use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use stickslip::elementary::{exp, hypot, ln};
 
-/// Shares below a tenth are left out, which jumps from picture to picture: errors are larger than by the rim's noise alone.
+/// Shares within the noise of the ground, up to a tenth, are left out, which jumps from picture to picture: errors are larger
+/// than by the rim's noise alone.
 const JUMPS: f64 = 1.12;
 /// A ground that scatters by no more than this share of a blob's contrast is even: only the light varies on it.
 const EVEN: f64 = 0.08;
@@ -337,8 +338,10 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
     if count < LEAST_GROUND || contrast <= 0.0 {
         return None;
     }
-    let steep = (side / 12.0).clamp(1.0, 2.0);
+    let steep = (side / 16.0).clamp(1.0, 1.5);
     let spread = 1.4826 * off as f64;
+    let noise = hypot(spread.max(0.3), 1.0 / 12_f64.sqrt());
+    let least = (3.0 * steep * noise / contrast).min(0.1);
     let tilt = (spread <= EVEN * contrast).then(|| Tilt::of(window, &around, count, ground, spread));
     let middle = level.map_or(0.5 * contrast, |level| level - ground);
     // what reflects little says little of the light
@@ -361,7 +364,7 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
         }
         let share = (share * slope + 0.5).clamp(0.0, 1.0);
         // the ground's noise far from the centre weighs most
-        if share < 0.1 { 0.0 } else { share }
+        if share < least { 0.0 } else { share }
     };
     let shares = Array2::from_shape_fn(window.dim(), |at| {
         if near[at] && (core[at] || !others[at]) {
@@ -370,14 +373,14 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
             0.0
         }
     });
-    let of = Moments::of(&shares.view(), |share| share).central();
+    // without corners, at which a rim that lies otherwise between the pixels would weigh otherwise
+    let of = Moments::of(&shares.view(), |share| share * share * (3.0 - 2.0 * share)).central();
     let weight = of.weight;
     if weight <= 0.0 {
         return None;
     }
     let [xx, yy, xy] = [of.xx, of.yy, of.xy].map(|sum| sum / weight);
-    let noise = hypot(spread.max(0.3), 1.0 / 12_f64.sqrt());
-    let rim = Moments::of(&shares.view(), |share| f64::from(share > 0.0 && share < 0.98));
+    let rim = Moments::of(&shares.view(), |share| (6.0 * share * (1.0 - share)).powi(2));
     let rough = JUMPS * steep * noise / (contrast * weight);
     let error = |square: f64, sum: f64, at: f64| {
         let spread = square + at * (at * rim.weight - 2.0 * sum);
