@@ -211,7 +211,7 @@ def test_small_slips_of_a_noisy_slider_are_all_found() -> None:
     sticks = truth.releases[1:] - truth.captures[: len(truth.releases) - 1]
     for name, right in (("t", truth.releases), ("force", 1002.0 * at), ("stick_time", np.append(np.nan, sticks))):
         pull = (table[name].values - right) / table[f"{name}_error"].values
-        assert 0.5 < np.sqrt(np.nanmean(pull**2)) < 1.5, name
+        assert 0.4 < np.sqrt(np.nanmean(pull**2)) < 1.5, name
 
 
 def test_motion_without_sticks_has_none() -> None:

@@ -14,7 +14,7 @@ use stickslip::elementary::{exp, hypot, ln};
 
 /// Shares within the noise of the ground, up to a tenth, are left out, which jumps from picture to picture: errors are larger
 /// than by the rim's noise alone.
-const JUMPS: f64 = 1.12;
+const JUMPS: f64 = 1.0;
 /// A ground that scatters by no more than this share of a blob's contrast is even: only the light varies on it.
 const EVEN: f64 = 0.08;
 /// Diameters of one spot in successive pictures differ by less than this factor.
@@ -190,8 +190,8 @@ fn passing(counts: &[u32], count: u32) -> Option<usize> {
     })
 }
 
-/// How many values there are in a mask, their upper median, and the upper median of what they are off it.
-fn levels(values: Picture<'_>, mask: &Array2<bool>) -> (u32, usize, usize) {
+/// How many values there are in a mask, their upper median, and the median of what they are off it, values taken as rounded.
+fn levels(values: Picture<'_>, mask: &Array2<bool>) -> (u32, usize, f64) {
     let mut counts = [0_u32; 256];
     Zip::from(values)
         .and(mask)
@@ -202,7 +202,15 @@ fn levels(values: Picture<'_>, mask: &Array2<bool>) -> (u32, usize, usize) {
     for (value, more) in counts.iter().enumerate() {
         apart[value.abs_diff(median)] += more;
     }
-    (count, median, passing(&apart, count / 2).unwrap_or(256))
+    let off = passing(&apart, count / 2).unwrap_or(256);
+    let nearer: u32 = apart[..off.min(255)].iter().sum();
+    let share = (0.5 * f64::from(count) - f64::from(nearer)) / f64::from(apart[off.min(255)].max(1));
+    let width = if off == 0 { 0.5 } else { 1.0 };
+    (
+        count,
+        median,
+        (off as f64 - 0.5).max(0.0) + width * share.clamp(0.0, 1.0),
+    )
 }
 
 /// Sums over a picture: of the weights, of these times x, y, x², y² and xy.
@@ -339,8 +347,9 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
         return None;
     }
     let steep = (side / 16.0).clamp(1.0, 1.5);
-    let spread = 1.4826 * off as f64;
-    let noise = hypot(spread.max(0.3), 1.0 / 12_f64.sqrt());
+    let spread = 1.4826 * off;
+    // what rounding to whole grey levels adds is in it
+    let noise = spread.max(0.4);
     let least = (3.0 * steep * noise / contrast).min(0.1);
     let tilt = (spread <= EVEN * contrast).then(|| Tilt::of(window, &around, count, ground, spread));
     let middle = level.map_or(0.5 * contrast, |level| level - ground);
