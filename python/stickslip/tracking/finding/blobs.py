@@ -63,7 +63,8 @@ def find_blobs(
 
     with c = crown − ground, and s = 1 up to 16 px of diameter and 1.5 from 24 px on (then only the rim is weighed, not the
     face's texture). Its standard error is that of the picture's noise σ around the blob,
-    σ_x = s σ/c √Σ(g′(u_i) (x_i − x_c))² / Σ g_i. With u as weight, centres depend on how the rim lies between the pixels: by 0.003 to 0.015 px for s = 1.67 to 2.
+    σ_x = s σ/c √Σ(g′(u_i) (x_i − x_c))² / Σ g_i. With u as weight, centres
+    depend on how the rim lies between the pixels: by 0.003 to 0.015 px for s = 1.67 to 2.
 
     Parameters
     ----------
