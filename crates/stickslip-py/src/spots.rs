@@ -389,7 +389,9 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
         return None;
     }
     let [xx, yy, xy] = [of.xx, of.yy, of.xy].map(|sum| sum / weight);
-    let rim = Moments::of(&shares.view(), |share| (6.0 * share * (1.0 - share)).powi(2));
+    let rim = Moments::of(&shares.view(), |share| {
+        36.0 * (share * (1.0 - share)) * (share * (1.0 - share))
+    });
     let rough = JUMPS * steep * noise / (contrast * weight);
     let error = |square: f64, sum: f64, at: f64| {
         let spread = square + at * (at * rim.weight - 2.0 * sum);
