@@ -37,7 +37,7 @@ def test_a_force_that_falls_on_is_not_taken_for_a_later_release():
     common = friction.attrs["break_away_late"]
     assert late.size > 5
     assert abs(late.mean()) < 1e-3  # a walk about a constant force sees them 1.4 ms late
-    assert 0 < common < 2e-3
+    assert 0 < common < 3e-3
     assert abs(late.mean()) < 2 * np.hypot(common, late.std() / np.sqrt(late.size))
     errors = friction["break_away"]["t_error"].to_numpy()
     assert (errors > common).all()

@@ -97,11 +97,11 @@ def test_three_slips_tell_the_kinetic_force_as_well_as_their_errors_say(three_sl
 
 
 def test_break_aways_that_are_seen_late_weigh_no_more_than_others():
-    """Their evidence is narrower by the noise that made them late: errors of limits that are alike are made one."""
+    """Evidence of single ends is narrower by the noise that made them late; the fit of whole slips knows nothing of that."""
     friction = record(events("release")[1] - 4.0, events("capture")[7] + 0.5)
     errors = friction["break_away"]["t_error"].to_numpy()
     assert len(errors) > 4
-    np.testing.assert_allclose(errors, errors[0])
+    np.testing.assert_allclose(errors, errors[0], rtol=0.1)
     true = events("release")[1:] - (events("release")[1] - 4.0)
     late = friction["break_away"]["t"].to_numpy() - true[: len(errors)]
     assert 0.4 < np.sqrt(np.mean((late / errors) ** 2)) < 1.7

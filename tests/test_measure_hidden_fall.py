@@ -83,3 +83,19 @@ def test_intervals_hold_the_truth_over_many_noises():
             friction, _, above = measured(law, 2e-3, 10.0, seed)
             held += list(np.abs(above) < 1.96 * friction["break_away"]["force_error"].to_numpy())
         assert np.mean(held) > least
+
+
+def test_where_friction_is_constant_in_motion_releases_are_those_of_the_slips():
+    law, drive, rng = StaticKinetic(1.2, 0.8), 0.1, np.random.default_rng(0)
+    oscillator = ss.Oscillator(0.05, drive, law)
+    motion = ss.simulate(oscillator, 500.0)
+    time = np.arange(20.0, 400.0, 0.08)
+    record = {"t": time - 20, "x": motion.at(time)[0] + 0.003 * rng.standard_normal(time.size)}
+    table = measure(record, Rig.of(oscillator))["break_away"]
+    true = motion.events.query("kind == 'release'")["t"].to_numpy() - 20
+    late = table["t"].to_numpy() - true[np.abs(true[:, None] - table["t"].to_numpy()).argmin(axis=0)]
+    assert late.size > 10
+    assert late.std() < 0.05 * 0.08  # the ends of the sticks scatter by a tenth of a sample
+    assert 0.6 < np.sqrt(np.mean((late / table["t_error"].to_numpy()) ** 2)) < 1.6
+    off = table["force"].to_numpy() - 1.2
+    assert 0.5 < np.sqrt(np.mean((off / table["force_error"].to_numpy()) ** 2)) < 1.5

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.special import erf
 
 from stickslip.errors import InputError
 from stickslip.tracking import Calibration, Lens, read_calibration, track
+from stickslip.tracking.finding.blobs import find_blobs
 
 cv2 = pytest.importorskip("cv2")
 
@@ -99,3 +101,16 @@ def test_a_rolling_shutter_and_a_long_exposure_are_taken_out(tmp_path):
     assert any("9.5 ms after the stamps" in note for note in motion.attrs["notes"])
     late = track(tmp_path, frame_rate=rate)
     assert np.abs(late["x_px"].to_numpy()[:, 0] - way(late["time"].to_numpy())).max() > 1
+
+
+@pytest.mark.parametrize(("radius", "blur"), [(4.0, 0.0), (10.0, 0.0), (10.0, 3.4), (15.0, 3.4)])
+def test_a_centre_does_not_depend_on_how_its_rim_lies_between_the_pixels(radius, blur):
+    rows, columns = np.mgrid[:81, :81].astype(float)
+    off = []
+    for middle in 40 + np.arange(8) / 8:
+        moments = middle + blur * (np.arange(9) / 9 - 4 / 9)
+        apart = np.hypot(columns[..., None] - moments, rows[..., None] - 40)
+        picture = 40 + 165 * (0.5 * (1 + erf((radius - apart) / 1.35))).mean(axis=-1)
+        found = find_blobs(np.rint(picture).astype(np.uint8))
+        off.append(float(found.x[0]) - middle)
+    assert np.std(off) < 0.0025  # 0.003 to 0.015 px with a weight that has corners

@@ -19,7 +19,7 @@ from stickslip.identification import identify
 from stickslip.measurement import Rig, measure
 
 COUNT = 200
-FRESH = 1000
+FRESH = 7000
 COLUMNS = ("number", "break_aways", "name", "truth", "value", "error", "low", "high")
 
 

@@ -12,8 +12,9 @@ use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use stickslip::elementary::{exp, hypot, ln};
 
-/// Shares below a tenth are left out, which jumps from picture to picture: errors are larger than by the rim's noise alone.
-const JUMPS: f64 = 1.12;
+/// Shares within the noise of the ground, up to a tenth, are left out, which jumps from picture to picture: errors are larger
+/// than by the rim's noise alone.
+const JUMPS: f64 = 1.0;
 /// A ground that scatters by no more than this share of a blob's contrast is even: only the light varies on it.
 const EVEN: f64 = 0.08;
 /// Diameters of one spot in successive pictures differ by less than this factor.
@@ -189,8 +190,8 @@ fn passing(counts: &[u32], count: u32) -> Option<usize> {
     })
 }
 
-/// How many values there are in a mask, their upper median, and the upper median of what they are off it.
-fn levels(values: Picture<'_>, mask: &Array2<bool>) -> (u32, usize, usize) {
+/// How many values there are in a mask, their upper median, and the median of what they are off it, values taken as rounded.
+fn levels(values: Picture<'_>, mask: &Array2<bool>) -> (u32, usize, f64) {
     let mut counts = [0_u32; 256];
     Zip::from(values)
         .and(mask)
@@ -201,7 +202,15 @@ fn levels(values: Picture<'_>, mask: &Array2<bool>) -> (u32, usize, usize) {
     for (value, more) in counts.iter().enumerate() {
         apart[value.abs_diff(median)] += more;
     }
-    (count, median, passing(&apart, count / 2).unwrap_or(256))
+    let off = passing(&apart, count / 2).unwrap_or(256);
+    let nearer: u32 = apart[..off.min(255)].iter().sum();
+    let share = (0.5 * f64::from(count) - f64::from(nearer)) / f64::from(apart[off.min(255)].max(1));
+    let width = if off == 0 { 0.5 } else { 1.0 };
+    (
+        count,
+        median,
+        (off as f64 - 0.5).max(0.0) + width * share.clamp(0.0, 1.0),
+    )
 }
 
 /// Sums over a picture: of the weights, of these times x, y, x², y² and xy.
@@ -337,8 +346,11 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
     if count < LEAST_GROUND || contrast <= 0.0 {
         return None;
     }
-    let steep = (side / 12.0).clamp(1.0, 2.0);
-    let spread = 1.4826 * off as f64;
+    let steep = (side / 16.0).clamp(1.0, 1.5);
+    let spread = 1.4826 * off;
+    // what rounding to whole grey levels adds is in it
+    let noise = spread.max(0.4);
+    let least = (3.0 * steep * noise / contrast).min(0.1);
     let tilt = (spread <= EVEN * contrast).then(|| Tilt::of(window, &around, count, ground, spread));
     let middle = level.map_or(0.5 * contrast, |level| level - ground);
     // what reflects little says little of the light
@@ -361,7 +373,7 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
         }
         let share = (share * slope + 0.5).clamp(0.0, 1.0);
         // the ground's noise far from the centre weighs most
-        if share < 0.1 { 0.0 } else { share }
+        if share < least { 0.0 } else { share }
     };
     let shares = Array2::from_shape_fn(window.dim(), |at| {
         if near[at] && (core[at] || !others[at]) {
@@ -370,14 +382,16 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
             0.0
         }
     });
-    let of = Moments::of(&shares.view(), |share| share).central();
+    // without corners, at which a rim that lies otherwise between the pixels would weigh otherwise
+    let of = Moments::of(&shares.view(), |share| share * share * (3.0 - 2.0 * share)).central();
     let weight = of.weight;
     if weight <= 0.0 {
         return None;
     }
     let [xx, yy, xy] = [of.xx, of.yy, of.xy].map(|sum| sum / weight);
-    let noise = hypot(spread.max(0.3), 1.0 / 12_f64.sqrt());
-    let rim = Moments::of(&shares.view(), |share| f64::from(share > 0.0 && share < 0.98));
+    let rim = Moments::of(&shares.view(), |share| {
+        36.0 * (share * (1.0 - share)) * (share * (1.0 - share))
+    });
     let rough = JUMPS * steep * noise / (contrast * weight);
     let error = |square: f64, sum: f64, at: f64| {
         let spread = square + at * (at * rim.weight - 2.0 * sum);

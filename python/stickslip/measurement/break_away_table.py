@@ -40,25 +40,26 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
         row += 1
         a, b = np.searchsorted(time, [stick.start, stick.end])
         rate, rate_error = _slope(friction, int(a), int(b))
-        end_error = math.hypot(stick.end_error, friction.late)
+        later, own_error = friction.releases.get(stick.end, (0.0, stick.end_error))
+        end_error = math.hypot(own_error, friction.late)
         following = sticks[number + 1].start if number + 1 < len(sticks) else time[-1]
         c = int(np.searchsorted(time, following, side="right"))
         drop = float("nan")
         if number + 1 < len(sticks) and c > b:
             drop = o.stiffness * (float(np.interp(stick.end, time, friction.extension)) - friction.extension[b:c].min())
-        stick_time = stick.end - stick.start if stick.starts else float("nan")
+        stick_time = stick.end + later - stick.start if stick.starts else float("nan")
         extra, extra_rate = friction.added.get(stick.end, (0.0, 0.0))
         force_error = math.hypot(float(level_error[row]), rate * end_error if math.isfinite(rate) else 0.0)
-        force_error = math.hypot(force_error, extra_rate * stick.end_error, friction.common)
+        force_error = math.hypot(force_error, extra_rate * own_error, friction.common)
         rows.append(
             [
-                stick.end,
+                stick.end + later,
                 end_error,
                 stick_time,
                 math.hypot(stick.start_error, end_error),
                 rate,
                 rate_error,
-                float(forces[row]) + extra,
+                float(forces[row]) + extra + (o.stiffness * o.drive_velocity + extra_rate) * later,
                 force_error,
                 drop,
                 math.sqrt(2) * force_error,

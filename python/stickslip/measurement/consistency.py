@@ -174,9 +174,9 @@ def without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:
                 f"{record.source}: a mains line of {rig.mains_frequency:g} Hz cannot be seen at "
                 f"{1 / record.step:g} samples per second; remove mains_frequency from the rig"
             )
-        line = mains_hum(signal, record.time, rig.mains_frequency)
+        line, frequency = mains_hum(signal, record.time, rig.mains_frequency)
         notes.append(
-            f"a mains line at {rig.mains_frequency:g} Hz with an amplitude of {math.sqrt(2) * float(np.std(line)):.2g} "
+            f"a mains line at {frequency:.4g} Hz with an amplitude of {math.sqrt(2) * float(np.std(line)):.2g} "
             f"{rig.unit} was subtracted"
         )
         return signal - line

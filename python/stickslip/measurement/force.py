@@ -34,6 +34,8 @@ class Friction:
     noise : residual standard deviation of x.
     cutoff : in Hz, of slips and creeping sticks.
     fit : the pieces.
+    releases : end of a stick -> time in s by which its break-away is later than that, where the slips tell it better, and its
+        standard error.
     late : standard error in s by which all break-aways may be seen early or late together, beside what sets them apart.
     common : standard error in N that all forces of the record share.
     added : time of a break-away -> force of a ripple of the drive there, which the fit does not hold, and its rate.
@@ -50,6 +52,7 @@ class Friction:
     noise: float
     cutoff: dict[Part, float]
     fit: PiecewiseFit
+    releases: dict[float, tuple[float, float]] = field(default_factory=dict)
     late: float = 0.0
     common: float = 0.0
     added: dict[float, tuple[float, float]] = field(default_factory=dict)

@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import logsumexp
 
 from stickslip.measurement.force import Friction
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
+from stickslip.measurement.stick_limits import FEW
 from stickslip.measurement.sticks import Stick, own_period
 
 Array = npt.NDArray[np.float64]
@@ -33,6 +35,9 @@ MOST_ABOVE = 1 / 3
 SHIFTS = np.arange(-12.0, 5.0)
 """Shifts of all releases that are tried, in the time over which the motion is linear in a shift."""
 
+UNEVEN = 2.0
+"""One size A of all changes is too even: a fall at one slip speed moves releases by so much more than A tells."""
+
 NEGLIGIBLE = 1e-4
 """Shifts that are less probable than this are left out."""
 
@@ -53,10 +58,15 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
 
     with a constant c and a release of their own for each slip, and W the fastest slip speed. With w(t) as measured the motion
     is linear in these numbers about a given shift of all releases. So the posterior of the mean release follows for each
-    of `SHIFTS` and `AMPLITUDES`, and each counts by its evidence. Where friction is constant in motion as far as the
-    record tells, A is small, and nothing large is thought to be hidden; where it changes, it may change as much where
-    nothing is seen. `late` becomes the root mean square distance of the mean release from the one used. To the errors of
-    friction is added how far its mean is off the curve, and what is not known of the curve, at its slip speed.
+    of `SHIFTS` and `AMPLITUDES`, and each counts by its evidence. To the errors of friction is added how far its mean is off
+    the curve, and what is not known of the curve, at its slip speed: where friction is constant in motion as far as the
+    record tells, A is small and so are these; where it changes, it may change as much where nothing is seen.
+
+    Where no curve makes the record likelier than constant friction does, the releases of the slips are those of constant
+    friction, and their errors those of the fit of it: they scatter about a fifth as much as the ends of the sticks. Where
+    one does, they stay what they were, and `late` is the root mean square distance of the mean release from the one used,
+    times `UNEVEN`, beyond what the errors of the single releases leave in their mean. `UNEVEN` was chosen on 119 simulated
+    records with exponential falls, of which 0.82 of the intervals then hold the mean release, 0.6 with A as it is.
 
     Parameters
     ----------
@@ -65,7 +75,7 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
 
     Returns
     -------
-    The same with another `late` and `force_error`; as it is where no slip is long enough, or there is no noise.
+    The same with other `releases` or `late` and `force_error`; as it is where no slip is long enough, or there is no noise.
 
     Notes
     -----
@@ -97,7 +107,16 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
         if share > NEGLIGIBLE:
             late += share * (curve.rms(curve.offset, curve.early) ** 2 + curve.own)
             error += share * _off_curve(friction, slips, curve) ** 2
-    return replace(friction, late=math.sqrt(late), force_error=np.hypot(friction.force_error, np.sqrt(error)))
+    changed = replace(friction, force_error=np.hypot(friction.force_error, np.sqrt(error)))
+    without = np.array([curve.without for curve in curves])
+    if logsumexp(evidences) > logsumexp(without) or own_period(o) < FEW * fit.step:
+        held = sum(slip.error**2 for slip in slips) / len(slips) ** 2
+        return replace(changed, late=math.sqrt(max(UNEVEN**2 * late - held, 0.0)))
+    shares = np.exp(without - logsumexp(without))
+    means = shares @ np.array([curve.later for curve in curves])
+    spread = shares @ np.array([(curve.later - means) ** 2 + curve.variances for curve in curves])
+    found = zip(means.tolist(), np.sqrt(spread).tolist(), strict=True)
+    return replace(changed, releases={slip.start: one for slip, one in zip(slips, found, strict=True)})
 
 
 @dataclass(frozen=True)
@@ -149,15 +168,17 @@ class _Curve:
 
     Attributes
     ----------
-    evidence : logarithm of the probability of the record.
+    evidence, without : logarithm of the probability of the record with the changes and without any.
     fastest : W.
     weights, means, covariances : of the numbers a for each amplitude.
     offset, early : mean release minus the one used without a change, and what one of each number adds to it, in s.
     own : variance of that mean by the noise of the slips alone.
+    later, variances : of the release of each slip without a change, after the one used, in s, and their variances.
     constants, raised : constant friction of each slip without a change, and what one of each number adds to it.
     """
 
     evidence: float
+    without: float
     fastest: float
     weights: Array
     means: Array
@@ -165,6 +186,8 @@ class _Curve:
     offset: float
     early: Array
     own: float
+    later: Array
+    variances: Array
     constants: Array
     raised: Array
 
@@ -243,7 +266,7 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
     """Posterior of the numbers a at this shift of all releases: what is each slip's own taken out, all slips together."""
     size, count, variance = HALVINGS + 1, len(limits), friction.noise**2
     square, linear, rest = np.zeros((size, size)), np.zeros(size), 0.0
-    offset, early, own, constants, raised = shift, np.zeros(size), 0.0, [], []
+    offset, early, own, later, variances, constants, raised = shift, np.zeros(size), 0.0, [], [], [], []
     for one in limits:
         slip = _slip(friction, one, fastest, shift)
         matrix = slip.moves.T @ slip.moves / variance
@@ -258,6 +281,8 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
         offset += float(mine[0]) / count
         early -= mine_rows[0] / count
         own += float(covariance[0, 0]) / count**2
+        later.append(shift + float(mine[0]))
+        variances.append(float(covariance[0, 0]))
         constants.append(float(mine[1]))
         raised.append(-mine_rows[1])
     means, covariances, evidences = [], [], []
@@ -273,6 +298,7 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
     weights = np.exp(np.array(evidences) - most)
     return _Curve(
         evidence=most + math.log(float(weights.mean())) - 0.5 * rest,
+        without=-0.5 * rest,
         fastest=fastest,
         weights=weights / weights.sum(),
         means=np.array(means),
@@ -280,6 +306,8 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
         offset=offset,
         early=early,
         own=own,
+        later=np.array(later),
+        variances=np.array(variances),
         constants=np.array(constants),
         raised=np.array(raised),
     )

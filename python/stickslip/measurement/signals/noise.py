@@ -182,7 +182,11 @@ def _flat(runs: list[Array], level: float, noise: float) -> bool:
     return bool(np.mean(scatter < noise * (1 + 2 / np.sqrt(2 * count))) > 0.5)
 
 
-def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) -> Array:
+MAINS_OFF = 0.005
+"""Mains, and the clock of a record, are off their nominal rates by less than this part."""
+
+
+def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) -> tuple[Array, float]:
     """The mains line of a record, as a sine whose amplitude and phase may drift from block to block.
 
     It is fitted to what is left after a running mean over one period, with the samples near events left out, so it
@@ -192,12 +196,12 @@ def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) 
     ----------
     signal : (n,) record.
     time : (n,) of its samples in s.
-    frequency : of the line in Hz, below half the sampling rate.
+    frequency : of the line in Hz, below half the sampling rate; the line may be off it by `MAINS_OFF`.
     block : length over which amplitude and phase are taken as constant, in s.
 
     Returns
     -------
-    (n,) the line.
+    (n,) the line, and its frequency in Hz.
     """
     n = len(signal)
     step = float(time[-1] - time[0]) / (n - 1)
@@ -207,6 +211,7 @@ def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) 
     spread = MAD_TO_SIGMA * float(np.median(np.abs(rest)))
     good = np.abs(rest) < 4 * max(spread, 1e-300)
     good[: 2 * period] = good[-2 * period :] = False
+    frequency = _strongest_near(np.where(good, rest, 0.0), time, frequency)
     blocks = max(int(n * step / block), 1)
     edges = np.linspace(0, n, blocks + 1).astype(int)
     phase = 2 * math.pi * frequency * time
@@ -220,7 +225,23 @@ def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) 
     line = np.zeros(n)
     for column in range(2):
         line += waves[:, column] * np.interp(time, middles, amplitudes[:, column])
-    return line
+    return line, frequency
+
+
+def _strongest_near(rest: Array, time: Array, frequency: float) -> float:
+    """The frequency within `MAINS_OFF` of the one given at which a record has most power; that one in a short record."""
+    length = float(time[-1] - time[0])
+    if MAINS_OFF * frequency * length < 1:
+        return frequency
+    seen = rest * np.hanning(len(rest))
+    tried = frequency * (1 + MAINS_OFF * np.linspace(-1, 1, 2 * math.ceil(4 * MAINS_OFF * frequency * length) + 1))
+    power = [abs(np.sum(seen * np.exp(-2j * math.pi * one * time))) for one in tried.tolist()]
+    best = int(np.argmax(power))
+    if not 0 < best < len(tried) - 1:
+        return frequency
+    low, middle, high = np.log(np.maximum(power[best - 1 : best + 2], 1e-300))
+    bend = low + high - 2 * middle
+    return float(tried[best] + (0.5 * (low - high) / bend if bend < 0 else 0.0) * (tried[1] - tried[0]))
 
 
 def line_excess(signal: Array, step: float, frequency: float) -> float:
