@@ -82,7 +82,9 @@ def test_links_lead_to_files(page):
 
 #: Source files, from a folder of the tree on.
 SOURCES = [
-    f"/{path}" for room in ("crates", "python", "docs", "tests", "web/src") for path in (ROOT / room).rglob("*.*")
+    f"/{path}"
+    for room in ("benchmarks", "crates", "python", "docs", "tests", "web/src")
+    for path in (ROOT / room).rglob("*.*")
 ]
 
 
