@@ -64,7 +64,7 @@ def test_a_slider_moves_every_panel_and_costs_few_questions(opened):
     opened.run(FRAME)
     opened.run("window.before = explorer.core.calls")
     opened.run(
-        """(() => { const slider = document.querySelector('input[aria-label="belt speed s"]');
+        """(() => { const slider = document.querySelector('input[aria-label="drive velocity s"]');
         slider.value = 250; slider.dispatchEvent(new Event('input')); })()"""
     )
     assert facts(opened).startswith("Almost-harmonic")

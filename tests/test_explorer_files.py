@@ -15,6 +15,7 @@ from PIL import Image
 
 import stickslip as ss
 from stickslip.explorer import content_of, content_of_system, page
+from stickslip.laws import StaticKinetic
 from stickslip.model.system import load_system_document
 from stickslip.report.report import Report
 
@@ -63,6 +64,29 @@ def test_a_report_comes_alive_where_scripts_run_and_keeps_its_pictures_elsewhere
     browser.run(FRAME)
     assert browser.run(f"{one}.querySelector('.facts').textContent").startswith("Stick-slip, period 10.594341")
     assert browser.problems == []
+
+
+def test_a_live_figure_names_the_units_of_its_axes_and_of_its_drive(browser, tmp_path):
+    report = Report("A rig")
+    system = ss.Oscillator(0.1, 0.02, StaticKinetic(break_away=1.2, kinetic=0.8), mass=2.0, stiffness=50.0)
+    report.figure(Figure(figsize=(3, 2)), "A loop.", content_of_system(system, 20.0), "law,phase,displacement")
+    browser.send("Page.navigate", url=report.write(tmp_path / "report.html").as_uri())
+    browser.wait("document.querySelector('stick-slip')?.dataset.ready === 'yes'")
+    browser.run(
+        """(() => { const said = [], fill = CanvasRenderingContext2D.prototype.fillText;
+        CanvasRenderingContext2D.prototype.fillText = function (words, ...more) {
+          said.push(words); fill.call(this, words, ...more); };
+        window.said = said;
+        const range = document.querySelector('stick-slip input'); range.dispatchEvent(new Event('input')); })()"""
+    )
+    browser.run(FRAME)
+    drawn = browser.run("said")
+    assert {"slip velocity w = s − ẋ (m/s)", "friction f (N)", "velocity ẋ (m/s)", "time t (s)"} <= set(drawn)
+    assert "drive velocity s" in browser.run("document.querySelector('stick-slip').textContent")
+    assert browser.run("document.querySelector('stick-slip output').textContent") == "0.02 m/s"
+    assert re.search(
+        r"period [\d.]+ s, amplitude [\d.]+ m,", browser.run("document.querySelector('.facts').textContent")
+    )
 
 
 def fitted(browser):

@@ -28,13 +28,14 @@ HEAD = """# Instructions
 Instructions of the processor for one event, counted by valgrind: `python docs/evidence/instructions.py {before}`. The
 cases are those of `crates/stickslip/examples/cost.rs`. Before is commit {before}.
 
-Since then a root must leave no more than rounding, a state that is no number ends the run, a search can be interrupted,
-static friction may differ by the direction, and an event names its contact. Counted apart by callgrind, an event of S3
-costs 16 more for what its root leaves, 10 for the interruption, 5 for what is no number and 5 for the direction; in
-forced S15 the root of a break-away is evaluated once more, which costs about 80. That is paid for by copies that are
-gone: a kept orbit makes room for four times as many rows while it has few (60 an event of S3), an event takes 56 bytes,
-not 64, and the mode that follows is written where it is kept. valgrind counts a long copy byte for byte, so what a case
-pays for its rows depends on how many they are.
+Since then a root must leave no more than rounding, and a state that is no number ends the run. A search can be
+interrupted, static friction may differ by the direction, and an event names its contact. The price was counted apart by
+callgrind. An event of S3 costs 16 more for what its root leaves and 10 for the interruption. It costs 5 for what is no
+number and 5 for the direction. In forced S15 the root of a break-away is evaluated once more, which costs about 80.
+
+Copies that are gone pay for that. A kept orbit makes room for four times as many rows while it has few. That is 60 an
+event of S3. An event takes 56 bytes, not 64, and the mode that follows is written where it is kept. valgrind counts a
+long copy byte for byte. So what a case pays for its rows depends on how many they are.
 
 | case | before | now | now / before |
 |---|---:|---:|---:|

@@ -23,12 +23,11 @@ RIGS = Path(__file__).parents[2] / "python" / "stickslip" / "examples" / "rigs"
 
 INTRODUCTION = """# Laws of public records, and what is known of them
 
-Each record is measured with its rig file in `python/stickslip/examples/rigs` and identified as `stickslip identify` does
-it, no number being
-given by hand. Known is what the owners of the records published, or what was found independently of this package.
-An interval is that of the law (95 %), of one more measurement by it where the known number is one measurement, or of a
-mean where nothing but break-aways was recorded. The tests compute the table anew where the records are at hand, and
-`python docs/evidence/public_records.py` writes it.
+Each record is measured with its rig file in `python/stickslip/examples/rigs`. It is identified as `stickslip identify`
+does it, with no number given by hand. Known is what the owners of the records published, or what was found
+independently of this package. An interval is that of the law, 95 %. Where the known number is one measurement, it is
+that of one more measurement. Where only break-aways were recorded, it is that of a mean. The tests compute the table
+anew where the records are at hand. `python docs/evidence/public_records.py` writes it.
 
 | record | law | number | known | found | 95 % | inside |
 |---|---|---|---|---|---|---|
@@ -210,10 +209,10 @@ def spring_slider_camera(folder: Path) -> Iterator[Row]:
 
 
 NOTES = """
-* What no interval holds: on `spring_slider_camera` stick time and force rate cannot be told apart, and `identify` says so;
-  the offset of `robot_joint_nnfm` is found by the comparison of forms, as those without it predict held-back rows worse.
-* `robot_joint_kinova`: a dip before the growth (1.69, 1.79, 1.79 N m) lies within the interval of a straight line; Stribeck's
-  curve has four numbers, and five points do not tell them.
+* `spring_slider_camera`: stick time and force rate cannot be separated, and `identify` says so. No interval holds that.
+* `robot_joint_nnfm`: the offset is found by the comparison of forms. Those without it predict held-back rows worse.
+* `robot_joint_kinova`: a dip before the growth (1.69, 1.79, 1.79 N m) lies within the interval of a straight line.
+  Stribeck's curve has four numbers, and five points do not determine them.
 """
 
 

@@ -13,12 +13,12 @@ PAGE = Path(__file__).with_suffix(".md")
 
 INTRODUCTION = """# Known numbers
 
-Every number below was known before: from a closed form, in 30 to 60 digits, or from independent integrators; those of
-the cases P come from files and papers of others, to the digits that these have. The public functions of the package meet
-all to their digits, less one; where they do not, the last column says why. The tests compute the table anew, and
-`python docs/evidence/validation.py` writes it.
+Every number below was known before. It comes from a closed form, in 30 to 60 digits, or from independent integrators.
+Those of the cases P come from files and papers of others, to the digits that these have. The public functions of the
+package meet all to their digits, less one. Where they do not, the last column says why. The tests compute the table
+anew, and `python docs/evidence/validation.py` writes it.
 
-Unless units are given the motion is x″ + d x′ + x = f(w), w = v − x′, with the velocity v of the belt.
+Unless units are given the motion is x″ + d x′ + x = f(w), w = v − x′, with the velocity v of the drive.
 
 | case | source | quantity | expected | got | relative error | met |
 |---|---|---|---|---|---|---|

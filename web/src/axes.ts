@@ -1,12 +1,19 @@
 /** The numbers that the orbit diagram and the regime map may be over, and from where to where they go. */
 import { FORCING, NORMAL_FORCE, SPRING } from "./controls";
 import type { Data, NumberPage } from "./data";
-import { FRESH, type State, get, put } from "./state";
+import { FRESH, type State, type Units, get, over, put } from "./state";
 
 const field = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
 /** A number as an axis is named. */
-export const axisName = (path: string): string => (path === "drive_velocity" ? "belt speed s" : path.replace(/^law\./, "").replaceAll(/\.\d+/g, "").replaceAll(/[._]/g, " "));
+export const axisName = (path: string): string => (path === "drive_velocity" ? "drive velocity s" : path.replace(/^law\./, "").replaceAll(/\.\d+/g, "").replaceAll(/[._]/g, " "));
+
+/** Its unit; empty where it is not known. */
+export function axisUnit(path: string, { time, velocity, force }: Units): string {
+  if (path === "drive_velocity") return velocity;
+  if (/^forcing.*amplitude$/.test(path)) return force;
+  return path.endsWith("frequency") ? over("", time) : "";
+}
 
 function sweepable(data: Data, { system: { law, forcing, normal_force, springs } }: State): Pick<NumberPage, "path" | "symbol">[] {
   const numbers = data.laws[law.type]!.numbers.filter((page) => typeof get(law, page.path) === "number" && !("choices" in page));

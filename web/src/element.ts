@@ -10,9 +10,10 @@ import { Phase } from "./panels/phase";
 import { Rig } from "./panels/rig";
 import { Spectrum } from "./panels/spectrum";
 import { Surface } from "./panels/surface";
+import { plain } from "./plot";
 import { type Data, data } from "./data";
 import type { Measured } from "./record";
-import { FRESH, type State, fromLink, put } from "./state";
+import { FRESH, type State, behind, fromLink, put } from "./state";
 
 type Make = (host: HTMLElement, data: Data) => Panel;
 const PANELS: Record<string, Make> = {
@@ -76,9 +77,13 @@ export class StickSlip extends HTMLElement {
       if (panel instanceof Surface) panel.redraw = () => (this.stale = true);
     }
     const speed = this.state.system["drive_velocity"];
-    const range = element("input", { type: "range", min: "0", max: String(3 * speed || 1), step: "any", value: String(speed), ariaLabel: "Belt speed s" });
+    const range = element("input", { type: "range", min: "0", max: String(3 * speed || 1), step: "any", value: String(speed), ariaLabel: "Drive velocity s" });
+    const value = element("output");
+    const say = () => (value.textContent = `${plain(+this.state.system["drive_velocity"].toPrecision(4))}${behind(this.state.units.velocity)}`);
+    say();
     range.oninput = () => {
       this.state = put(this.state, "system.drive_velocity", +range.valueAsNumber.toPrecision(4));
+      say();
       this.stale = true;
     };
     const play = element("button", { type: "button", textContent: this.playing ? "Pause" : "Play" });
@@ -87,7 +92,7 @@ export class StickSlip extends HTMLElement {
       play.textContent = this.playing ? "Pause" : "Play";
     };
     this.classList.add("explorer");
-    this.replaceChildren(this.words, grid, element("p", {}, play, " belt speed ", range));
+    this.replaceChildren(this.words, grid, element("p", {}, play, " drive velocity s ", range, " ", value));
     new ResizeObserver(() => (this.stale = true)).observe(this);
     this.dataset["ready"] = "yes";
     requestAnimationFrame((now) => this.frame(now));

@@ -4,7 +4,7 @@ import { type Orbit, RELEASE } from "./orbit";
 import type { Scene } from "./panels/panel";
 import { plain } from "./plot";
 import type { Measured } from "./record";
-import { type State, documentOf, varied } from "./state";
+import { type State, behind, documentOf, varied } from "./state";
 import { type Chaos, REGIMES, REGIME_NAMES, type Steady, lookOf, steady } from "./sweeps";
 
 /** Periods that are left out before a motion counts as steady. */
@@ -54,6 +54,7 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
   const name = settled ? REGIMES[settled.regime]! : cut ? "not settled" : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
   strong(name[0]!.toUpperCase() + name.slice(1), "regime");
   const forced = state.system["forcing"].length > 0;
+  const { time, length, velocity, force } = state.units;
   const say = (before: string, value: number, digits: number, after = "") => {
     host.append(before);
     strong(digits < 1 || Math.abs(value) >= 0.01 ? value.toFixed(digits) : value.toPrecision(4));
@@ -62,7 +63,7 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
   if (settled) {
     if (settled.periodTime > 0) {
       if (forced) say(", repeats after ", settled.period, 0, settled.period > 1 ? " forcing periods" : " forcing period");
-      else say(", period ", settled.periodTime, 6);
+      else say(", period ", settled.periodTime, 6, behind(time));
     } else if (settled.period === 0) {
       host.append(", does not repeat");
       if (chaos) {
@@ -73,20 +74,21 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
       } else host.append(" (chaotic? computing …)");
     }
     // Of a motion that comes to rest an amplitude would only say how long one has waited.
-    if (["stable_slip", "at_rest"].includes(REGIME_NAMES[settled.regime]!)) say(" at x = ", settled.mean, 4);
-    else say(", amplitude ", (settled.x[1] - settled.x[0]) / 2, 5);
+    if (["stable_slip", "at_rest"].includes(REGIME_NAMES[settled.regime]!)) say(" at x = ", settled.mean, 4, behind(length));
+    else say(", amplitude ", (settled.x[1] - settled.x[0]) / 2, 5, behind(length));
   }
   const last = orbit.events.findLast(({ kind, t, contact }) => kind === RELEASE && contact === 0 && t > 0.6 * orbit.words.t_last);
   if (last) {
-    say(", sticks for ", last.stickTime, 4);
-    say(" and breaks away at ", Math.abs(last.force), 4);
+    say(", sticks for ", last.stickTime, 4, behind(time));
+    say(" and breaks away at ", Math.abs(last.force), 4, behind(force));
   }
   const { x0, v0, memory } = state.start;
   if (x0 || v0) {
     host.append(memory ? "; carried on, with the memory of friction, from x₀ = " : "; started at x₀ = ");
     strong(plain(x0?.[0] ?? 0));
-    host.append(", ẋ₀ = ");
+    host.append(`${behind(length)}, ẋ₀ = `);
     strong(plain(v0?.[0] ?? state.system["drive_velocity"]));
+    host.append(behind(velocity));
   }
   const { events, engine } = orbit.words;
   if (engine === "integrated") host.append(". Integrated to 10⁻⁶ a step, without events: the law has an internal state and creeps where others stick");

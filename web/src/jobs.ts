@@ -1,5 +1,5 @@
 /** What is computed beside the page for the panels below, one after another, where they are seen: return map, basins, regime map. */
-import { axisName } from "./axes";
+import { axisName, axisUnit } from "./axes";
 import { Grid } from "./panels/grid";
 import { steadyQuestion } from "./facts";
 import type { Panel } from "./panels/panel";
@@ -203,7 +203,8 @@ function basinJob(panel: Grid, phase: Plot): Job {
   return gridJob(
     panel,
     ({ system, chain }) => [system, chain],
-    ({ chain: { masses }, system: { drive_velocity: s } }) => {
+    ({ chain: { masses }, system: { drive_velocity: s }, units }) => {
+      panel.plot.units = [units.length, units.velocity];
       [panel.plot.x, panel.plot.y, panel.plot.labels] = [around(phase.x, 0), around(phase.y, -3 * s, 1.2 * s), { x: "start x₀", y: "start ẋ₀" }];
       const each = Array.from({ length: masses });
       if (masses <= 1) return { names: ["x0", "v0"], row: (x0, v0) => [x0!, v0!] };
@@ -221,6 +222,7 @@ function regimesJob(panel: Grid): Job {
       panel.plot.x = { low: map.across[0], high: map.across[1] };
       panel.plot.y = { low: map.up[0], high: map.up[1] };
       panel.plot.labels = { x: axisName(map.x), y: axisName(map.y) };
+      panel.plot.units = [axisUnit(map.x, state.units), axisUnit(map.y, state.units)];
       return varied(state, map.x, map.y);
     },
   );

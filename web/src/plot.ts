@@ -1,4 +1,5 @@
 /** A plot on two canvases: what changes with the system below, what changes with time above. */
+import { named } from "./state";
 import { SERIF, theme } from "./theme";
 
 export interface Range {
@@ -57,6 +58,8 @@ export class Plot {
   zoom = 1;
   x: Range = { low: 0, high: 1 };
   y: Range = { low: 0, high: 1 };
+  /** Behind the names of the axes. */
+  units: [x: string, y: string] = ["", ""];
   pad = { left: 60, right: 12, top: 10, bottom: 36 };
 
   constructor(
@@ -153,13 +156,14 @@ export class Plot {
     g.fillStyle = ink;
     g.textAlign = "right";
     g.textBaseline = "bottom";
-    g.fillText(this.labels.x, right, this.height - 1);
+    const [x, y] = [this.labels.x + named(this.units[0]), this.labels.y + named(this.units[1])];
+    g.fillText(x, right, this.height - 1, this.width - this.pad.right);
     g.save();
     g.translate(8, (this.pad.top + bottom) / 2);
     g.rotate(-Math.PI / 2);
     g.textAlign = "center";
     g.textBaseline = "middle";
-    g.fillText(this.labels.y, 0, 0);
+    g.fillText(y, 0, 0, this.height);
     g.restore();
   }
 

@@ -3,6 +3,25 @@
 export type Json = null | boolean | number | string | Json[] | { [key: string]: Json };
 export type Document = { [key: string]: any };
 
+/** The units of what is shown; without them the numbers are dimensionless, and where one is not known it is empty. */
+export interface Units {
+  time: string;
+  length: string;
+  velocity: string;
+  force: string;
+}
+const NONE = "dimensionless";
+/** A unit as it stands behind the name of an axis. */
+export const named = (unit: string): string => (unit ? ` (${unit})` : "");
+/** A unit as it stands behind a number. */
+export const behind = (unit: string): string => (unit && unit !== NONE ? ` ${unit}` : "");
+/** The unit of one over the other. */
+export function over(unit: string, below: string): string {
+  if (!below || below === NONE) return unit;
+  if (!unit || unit === NONE) return `1/${below}`;
+  return unit.endsWith(`/${below}`) ? `${unit}²` : `${unit}/${below}`;
+}
+
 export interface State {
   preset: string;
   /** The document of one oscillator, as `stickslip simulate` reads it; forcing is a list. */
@@ -12,6 +31,7 @@ export interface State {
   /** Where it starts, and what the motion remembers that it goes on from (numbers of the core, null where there is none). */
   start: { x0: number[] | null; v0: number[] | null; memory?: (number | null)[] | null };
   t_end: number;
+  units: Units;
   diagram: { over: string; low: number; high: number };
   /** The two numbers of the regime map, and from where to where they go. */
   map: { x: string; y: string; across: [number, number]; up: [number, number] };
@@ -33,6 +53,7 @@ export const FRESH: State = {
   chain: { masses: 1, coupling: 1 },
   start: { x0: null, v0: null },
   t_end: 150,
+  units: { time: NONE, length: NONE, velocity: NONE, force: NONE },
   diagram: { over: "drive_velocity", low: 0.02, high: 0.6 },
   map: { x: "drive_velocity", y: "damping", across: [0.02, 0.6], up: [0, 1] },
   view: { time: 0, panels: "", derivative: 0 },

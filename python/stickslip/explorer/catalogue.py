@@ -135,7 +135,7 @@ def oscillator() -> list[dict[str, Any]]:
         {
             "path": name,
             "symbol": {"drive_velocity": "s", "damping": "D", "stiffness": "k", "mass": "m"}[name],
-            "name": "belt speed" if name == "drive_velocity" else name,
+            "name": "drive velocity" if name == "drive_velocity" else name,
             "words": _spoken(words[name]).rstrip("."),
             "unit": "",
             "low": 0.05 if name in ("stiffness", "mass") else 0.0,

@@ -21,6 +21,8 @@ from stickslip.model.system import Oscillator, System, load_system_document
 if TYPE_CHECKING:
     from stickslip.identification.records import FrictionRecord
 
+#: The units of a system in SI.
+_SI = {"time": "s", "length": "m", "velocity": "m/s", "force": "N"}
 #: Damping and drive of the rig on which a law file is shown.
 _RIG = {"mass": 1.0, "stiffness": 1.0, "damping": 0.1, "drive_velocity": 0.2}
 
@@ -100,7 +102,9 @@ def _described(path: Path) -> dict[str, Any]:
     if "damping" not in document and "law" in document:
         law = load_law(path)
         drive = 0.2
-        return _shown(Oscillator(_RIG["damping"], drive, law), {}, str(path))
+        shown = _shown(Oscillator(_RIG["damping"], drive, law), {}, str(path))
+        # The rig is ours, the law may be in any unit.
+        return {**shown, "units": dict.fromkeys(_SI, "")} if document.get("units") else shown
     system, settings = load_system_document(path)
     return _shown(system, settings, str(path))
 
@@ -133,7 +137,20 @@ def content_of_record(found: FrictionRecord, path: str, law: Law | None = None) 
     )
     stick = max([time for time, _, _ in record["breaks"]], default=0.0)
     t_end = 25 * oscillator.natural_period + 8 * stick
-    return {"state": _shown(oscillator, {"t_end": t_end}, path), "records": [record]}
+    state = _shown(oscillator, {"t_end": t_end}, path)
+    return {"state": {**state, "units": _units(found.units)}, "records": [record]}
+
+
+def _units(stated: Mapping[str, str]) -> dict[str, str]:
+    """The units of what the page shows, from those that a record states; empty where it states none.
+
+    >>> _units({"time": "s", "slip_velocity": "rad/s", "force": "1"})
+    {'time': 's', 'length': 'rad', 'velocity': 'rad/s', 'force': 'dimensionless'}
+    """
+    velocity = stated.get("slip_velocity", "")
+    units = {"time": stated.get("time", ""), "length": velocity.partition("/")[0], "velocity": velocity}
+    units["force"] = stated.get("force", "")
+    return {name: "dimensionless" if unit == "1" else unit for name, unit in units.items()}
 
 
 def content_of_system(system: Oscillator, t_end: float) -> dict[str, Any]:
@@ -174,6 +191,7 @@ def _shown(system: Oscillator | System, settings: Mapping[str, Any], where: str)
         "system": document,
         "start": one,
         "t_end": float(t_end),
+        "units": dict.fromkeys(_SI, "dimensionless") if system.mass == system.stiffness == 1 else _SI,
         "diagram": {"over": "drive_velocity", "low": 0.1 * speed, "high": 3 * speed or 1.0},
     }
 

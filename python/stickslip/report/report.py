@@ -79,7 +79,7 @@ class Report:
         cards = "".join(
             f"<div><dt>{html.escape(name)}</dt><dd>{html.escape(number)}</dd></div>" for name, number in numbers.items()
         )
-        self._summary = f'<p class="summary">{html.escape(sentence)}</p><dl class="key">{cards}</dl>'
+        self._summary = f'<p class="summary">{_prose(sentence)}</p><dl class="key">{cards}</dl>'
 
     def heading(self, text: str) -> None:
         """Start a section, which the contents name."""
@@ -88,7 +88,7 @@ class Report:
 
     def text(self, text: str) -> None:
         """Add a paragraph."""
-        self._body.append(f"<p>{html.escape(text)}</p>")
+        self._body.append(f"<p>{_prose(text)}</p>")
 
     def items(self, texts: list[str]) -> None:
         """Add a list of sentences, if there are any; those after the first few are folded."""
@@ -169,8 +169,17 @@ class Report:
         return write_text(path, self.html(), ".html", ".htm")
 
 
+def _prose(text: str) -> str:
+    """A sentence as HTML; what stands between backquotes is code.
+
+    >>> _prose("`--law` is < 2")
+    '<code>--law</code> is &lt; 2'
+    """
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
+
+
 def _list(texts: list[str]) -> str:
-    return "<ul>" + "".join(f"<li>{html.escape(text)}</li>" for text in texts) + "</ul>"
+    return "<ul>" + "".join(f"<li>{_prose(text)}</li>" for text in texts) + "</ul>"
 
 
 def _cell(value: object) -> str:

@@ -1,5 +1,5 @@
 /** The orbit diagram: the sweep up strong, the sweep down pale, coloured by regime; one drags the number itself. */
-import { axisName } from "../axes";
+import { axisName, axisUnit } from "../axes";
 import { draggable, plain, rangeOf, widen } from "../plot";
 import { get } from "../state";
 import { REGIMES, type Steady } from "../sweeps";
@@ -33,7 +33,7 @@ export class Diagram extends Panel {
   }
   private at = 0;
 
-  draw({ state: { diagram, system } }: Scene): void {
+  draw({ state: { diagram, system, units } }: Scene): void {
     const p = this.plot;
     const g = p.base;
     const forced = system["forcing"].length > 0;
@@ -53,6 +53,7 @@ export class Diagram extends Panel {
     const { regimes, soft } = theme();
     p.labels.x = axisName(diagram.over);
     p.labels.y = forced ? "w at t = 2πn/Ω" : "w where ẇ = 0";
+    p.units = [axisUnit(diagram.over, units), units.velocity];
     const rows = [...this.up, ...this.down];
     this.key(regimes.flatMap((colour, i) => (rows.some((row) => row?.regime === i) ? [[colour, REGIMES[i]!]] : [])));
     p.axes();

@@ -17,8 +17,9 @@ export class Displacement extends Panel {
     );
   }
 
-  draw({ orbit, records, state: { system } }: Scene): void {
+  draw({ orbit, records, state: { system, units } }: Scene): void {
     const p = this.plot;
+    p.units = [units.time, units.length];
     const g = p.base;
     const { accent, dark, faint, line, stick } = theme();
     const ranges = orbit.x.map((x) => rangeOf(x));

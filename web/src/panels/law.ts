@@ -33,8 +33,9 @@ export class Law extends Panel {
   }
 
   draw(scene: Scene): void {
-    const { orbit, steady, state: { system } } = scene;
+    const { orbit, steady, state: { system, units } } = scene;
     const p = this.plot;
+    p.units = [units.velocity, units.force];
     const g = p.base;
     const law = system["law"];
     const paper = law.type === "BogaczRyczek";

@@ -19,8 +19,9 @@ export class Phase extends Panel {
   /** Where the motion on the page started: the arrow keys move it. */
   private start: [number, number] = [0, 0];
 
-  draw({ orbit, steady, settled, records, state: { system } }: Scene): void {
+  draw({ orbit, steady, settled, records, state: { system, units } }: Scene): void {
     const p = this.plot;
+    p.units = [units.length, units.velocity];
     const g = p.base;
     const { faint, soft, ink } = theme();
     const [x, v, mode] = [orbit.x[0]!, orbit.v[0]!, orbit.mode[0]!];

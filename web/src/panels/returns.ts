@@ -15,7 +15,7 @@ export class Returns extends Panel {
     super(host, "Return map: the next displacement in the section over this one");
   }
 
-  draw({ state: { system } }: Scene): void {
+  draw({ state: { system, units } }: Scene): void {
     const p = this.plot;
     const g = p.base;
     const values = this.row?.section.map(([x]) => x) ?? [];
@@ -23,6 +23,7 @@ export class Returns extends Panel {
     const forced = system["forcing"].length > 0;
     p.x = p.y = widen(rangeOf(values));
     p.labels = forced ? { x: "x at t = 2πn/Ω", y: "x one period later" } : { x: "maximum of x", y: "next maximum" };
+    p.units = [units.length, units.length];
     p.axes();
     p.clip(g);
     const { soft, accent, faint } = theme();

@@ -1,7 +1,7 @@
 /** The rig: belt, masses, springs, damper, the friction arrow in the colour of its branch, the forcing arrow. */
 import { indexAt, valueAt } from "../orbit";
 import { type Plot, rangeOf } from "../plot";
-import type { Document } from "../state";
+import { type Document, behind } from "../state";
 import { SERIF, colourOf, theme } from "../theme";
 import { Panel, type Scene } from "./panel";
 
@@ -118,7 +118,7 @@ export class Rig extends Panel {
     this.plot.begin(this.plot.base);
   }
 
-  override time({ orbit, state: { system } }: Scene, t: number): void {
+  override time({ orbit, state: { system, units } }: Scene, t: number): void {
     const p: Plot = this.plot;
     const g = p.over;
     p.begin(g);
@@ -206,6 +206,6 @@ export class Rig extends Panel {
     g.fillStyle = soft;
     g.textAlign = "right";
     g.font = "12px system-ui, sans-serif";
-    g.fillText(`t = ${t.toFixed(orbit.words.t_last < 20 ? 3 : 1)}`, wide - 14, 16);
+    g.fillText(`t = ${t.toFixed(orbit.words.t_last < 20 ? 3 : 1)}${behind(units.time)}`, wide - 14, 16);
   }
 }

@@ -1,6 +1,7 @@
 /** The spectrum of displacement, velocity, acceleration or friction over whole periods of the second half; the forcing is marked. */
 import { Verb } from "../core";
 import { wholePeriods } from "../orbit";
+import { over } from "../state";
 import { theme } from "../theme";
 import { Panel, type Scene } from "./panel";
 
@@ -39,11 +40,12 @@ export class Spectrum extends Panel {
     super(host, "Spectrum of the motion", { x: "frequency ω / ω₀", y: "" });
   }
 
-  draw({ core, orbit, state: { system, view } }: Scene): void {
+  draw({ core, orbit, state: { system, units, view } }: Scene): void {
     const p = this.plot;
     const g = p.base;
     const [from, to] = wholePeriods(orbit);
     p.labels.y = `log₁₀ |${["x", "ẋ", "ẍ", "f"][view.derivative]}|`;
+    p.units = ["", [units.length, units.velocity, over(units.velocity, units.time), units.force][view.derivative]!];
     const natural = Math.sqrt(system["stiffness"] / system["mass"]);
     const x = core.ask(Verb.states, { from, to, count: SAMPLES }).numbers.subarray(view.derivative * SAMPLES, (view.derivative + 1) * SAMPLES);
     const heights = amplitudes(x).map((height) => Math.log10(Math.max(height, 1e-30)));

@@ -2,6 +2,7 @@
 import { Verb } from "../core";
 import { RELEASE } from "../orbit";
 import { draggable, plain } from "../plot";
+import { behind, over } from "../state";
 import { SERIF, theme } from "../theme";
 import { Panel, type Scene } from "./panel";
 
@@ -41,7 +42,7 @@ export class Surface extends Panel {
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => (this.before = null));
   }
 
-  draw({ core, orbit, records, state: { system } }: Scene): void {
+  draw({ core, orbit, records, state: { system, units } }: Scene): void {
     const p = this.plot;
     const g = p.base;
     const { ink, soft, accent, card } = theme();
@@ -98,7 +99,7 @@ export class Surface extends Panel {
     g.font = `italic 13px ${SERIF}`;
     g.textBaseline = "middle";
     const floor = low - (rise ? 0.1 / rise : 0);
-    for (const [name, a, b] of [[`stick time tₛ to ${plain(+time.toPrecision(2))}`, 0.5, 1.12], [`force rate δ to ${plain(+rate.toPrecision(2))}`, 1.1, 0.5]] as const) {
+    for (const [name, a, b] of [[`stick time tₛ to ${plain(+time.toPrecision(2))}${behind(units.time)}`, 0.5, 1.12], [`force rate δ to ${plain(+rate.toPrecision(2))}${behind(over(units.force, units.time))}`, 1.1, 0.5]] as const) {
       const [x, y] = place(a, b, floor);
       // Words grow away from the surface.
       g.textAlign = x > p.width / 2 ? "left" : "right";
@@ -112,6 +113,7 @@ export class Surface extends Panel {
     }
     g.fillStyle = soft;
     g.textAlign = "left";
-    g.fillText(high > low ? `${plain(+low.toPrecision(3))} ≤ fₛ ≤ ${plain(+high.toPrecision(3))}` : `fₛ = ${plain(+low.toPrecision(4))}`, 12, 14);
+    const range = high > low ? `${plain(+low.toPrecision(3))} ≤ fₛ ≤ ${plain(+high.toPrecision(3))}` : `fₛ = ${plain(+low.toPrecision(4))}`;
+    g.fillText(range + behind(units.force), 12, 14);
   }
 }
