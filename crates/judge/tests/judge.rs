@@ -244,7 +244,7 @@ fn a_run_that_diverges_is_judged_as_long_as_it_is_known() {
     assert_eq!(report.stop, "diverged");
     let verdict = judge_report(&problem, &report);
     assert!(verdict.findings.is_empty(), "{:?}", verdict.findings);
-    assert_eq!(verdict.left, 1);
+    assert!(verdict.left > 0);
     assert!(finding(&case, |report| report.stop = "max_events").starts_with("orbit.at"));
 }
 

@@ -90,7 +90,7 @@ pub struct Integration {
     y: Vec<f64>,
     slopes: Vec<f64>,
     /// The variables at t = 0 as they were given: those of [`StateSystem::regular`] have rounding of their own.
-    start: Vec<f64>,
+    start: Box<[f64]>,
     /// The length of the next step.
     h: f64,
     steps: usize,
@@ -114,7 +114,7 @@ impl Integration {
         let start = y;
         let y = system.regular(start.clone());
         Ok(Self {
-            start,
+            start: start.into(),
             scales,
             shares,
             least,
@@ -262,7 +262,7 @@ impl Integration {
     /// The variables at a time, those of the nearest end outside of what is known.
     pub fn variables(&self, t: f64) -> Vec<f64> {
         if t <= 0.0 {
-            return self.start.clone();
+            return self.start.to_vec();
         }
         let width = self.system.width();
         let row = |values: &[f64], i: usize| values[i * width..][..width].to_vec();
