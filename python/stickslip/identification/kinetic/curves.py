@@ -40,7 +40,7 @@ CLOSE = 1e-3
 SAME = 1e-9
 """Of the logarithm of a scale, below which a step changes nothing."""
 HIDDEN = 0.3
-"""A fall of friction that is hidden is searched for down to this part of the slowest speed: below it nothing is left of it."""
+"""A hidden fall of friction is searched for down to this part of the slowest speed."""
 ONE_SPEED = 1.05
 """Speeds within this ratio are one, and show no curve."""
 
@@ -409,7 +409,9 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...], *, hidden: bool = Fa
     if len(rows) < len(names) + 2:
         return None
     blank = Curve(terms, rows.reference, rows.middle, EXPONENTS.get(form.split(", ")[0], 1.0))
-    scales = _scales(rows, blank, HIDDEN if hidden else 1.0) if "scale" in names else [blank.scale] * (1 + len(rows.parts))
+    scales = (
+        _scales(rows, blank, HIDDEN if hidden else 1.0) if "scale" in names else [blank.scale] * (1 + len(rows.parts))
+    )
     curve, *others = (replace(blank, scale=scale) for scale in scales)
     curve, numbers, rest = _polished(rows, curve, names.index("scale") if "scale" in names else None)
     if "scale" in names and not _falls(rows, curve, numbers, hidden):

@@ -654,9 +654,7 @@ def _rest(slow: float, fits: Iterable[SteadyFit], hidden: Iterable[SteadyFit]) -
     return ends[0][0], min(low for _, low, _ in ends), max(high for _, _, high in ends)
 
 
-def _extrapolated(
-    rows: Rows, fits: dict[str, SteadyFit], names: list[str], hidden: dict[str, SteadyFit]
-) -> list[str]:
+def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str], hidden: dict[str, SteadyFit]) -> list[str]:
     """What the law says of rest, where nothing was measured, and what forms that predict as well say of it."""
     slow = float(np.abs(rows.w).min())
     value, low, high = fits[names[0]].at_rest(slow)
