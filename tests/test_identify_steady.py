@@ -341,6 +341,18 @@ def test_the_break_away_of_a_gaussian_fall_is_found_or_said_to_be_an_extrapolati
         assert "the break-away force of the law is an extrapolation" in said
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_fall_that_is_nearly_over_at_the_slowest_speed_leaves_the_break_away_open(seed: int) -> None:
+    speed = np.geomspace(0.15, 1.5, 24)
+    w = np.concatenate([speed, -speed])
+    force = np.sign(w) * (1.9 + 1.1 * np.exp(-((w / 0.12) ** 2))) + 0.6 * w
+    found = fit_steady(curve(w, force + 0.02 * np.random.default_rng(seed).standard_normal(48), 0.02))
+    value, low, high = found.at_rest
+    assert low <= 3.0 <= high
+    assert high - low > 0.3 * value
+    assert any("The break-away force cannot be told" in note for note in found.notes)
+
+
 def test_speed_and_load_that_are_one_are_not_both_in_the_form() -> None:
     rng = np.random.default_rng(6)
     load = np.repeat([1e5, 3e5, 5e5, 7e5], 3)

@@ -53,6 +53,10 @@ pub struct Verdict {
     pub refused: Option<String>,
 }
 
+/// A run that the engine calls diverged is not judged beyond so many times the size of its start and forces: every rounding
+/// has grown as much.
+const DIVERGED: f64 = 1e30;
+
 /// So many events of one contact at one time are no motion.
 const AT_ONCE: f64 = 20.0;
 
@@ -197,6 +201,7 @@ impl<'a> Judge<'a> {
         }
         self.reach(&start);
         self.measure(first);
+        let least = self.size;
         self.begin(first);
         for index in 0..marks.len() {
             let after = marks.get(index + 1);
@@ -213,6 +218,11 @@ impl<'a> Judge<'a> {
                 break;
             }
             self.measure(&marks[(index + 1).min(marks.len() - 1)]);
+            let grown = (0..2).any(|which| self.size[which] > DIVERGED * least[which]);
+            if grown && self.report.stop == "diverged" {
+                self.verdict.left += 1;
+                break;
+            }
             let mark = &marks[index];
             let followed = self.escalate(
                 |judge| judge.phase::<f64>(mark, after),

@@ -235,6 +235,19 @@ fn what_once_failed_is_right() {
     }
 }
 
+/// Beyond 1e30 times its start a run is left out where the engine calls it diverged, and judged where it does not.
+#[test]
+fn a_run_that_diverges_is_judged_as_long_as_it_is_known() {
+    let case = draw::polynomial(6100, 24);
+    let problem = Problem::read(&case).unwrap();
+    let report = run(&case, &problem).unwrap();
+    assert_eq!(report.stop, "diverged");
+    let verdict = judge_report(&problem, &report);
+    assert!(verdict.findings.is_empty(), "{:?}", verdict.findings);
+    assert!(verdict.left > 0);
+    assert!(finding(&case, |report| report.stop = "max_events").starts_with("orbit.at"));
+}
+
 #[test]
 fn a_sample_of_random_oscillators_is_right() {
     clean(600, |index| draw::oscillator(2, index));

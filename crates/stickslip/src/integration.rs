@@ -89,6 +89,8 @@ pub struct Integration {
     /// The variables there, those of [`StateSystem::regular`], row after row, and their slopes.
     y: Vec<f64>,
     slopes: Vec<f64>,
+    /// The variables at t = 0 as they were given: those of [`StateSystem::regular`] have rounding of their own.
+    start: Box<[f64]>,
     /// The length of the next step.
     h: f64,
     steps: usize,
@@ -109,8 +111,10 @@ impl Integration {
         }
         let (scales, shares) = system.regular_scales(&y);
         let least = LEAST * tolerance * system.scales(&y)[system.masses()];
-        let y = system.regular(y);
+        let start = y;
+        let y = system.regular(start.clone());
         Ok(Self {
+            start: start.into(),
             scales,
             shares,
             least,
@@ -136,10 +140,13 @@ impl Integration {
     pub fn advance(&mut self, t_end: f64, after: f64, go_on: &mut dyn FnMut() -> bool) -> Stop {
         loop {
             let t = self.t_last();
-            let left = t_end - t;
-            if left <= 0.0 {
+            if t >= t_end {
                 return Stop::End;
             }
+            // A step ends where a drive has a corner, of which its estimate of the error does not know.
+            let node = self.system.node_after(t);
+            let until = node.min(t_end);
+            let left = until - t;
             self.steps += 1;
             if self.steps.is_multiple_of(ASKED) && !go_on() {
                 return Stop::MaxSeconds;
@@ -150,14 +157,14 @@ impl Integration {
             } else {
                 self.h.min(0.5 * left)
             };
-            let (error, y) = self.step(t, h);
+            let (error, y) = self.step(t, h, node);
             self.h =
                 h * (0.9 * power(error.max(1e-10), -0.25)).clamp(0.2, if error <= 1.0 { 5.0 } else { 0.9 });
             if error <= 1.0 {
                 if let Some(stop) = lost(&y) {
                     return stop;
                 }
-                let now = if h == left { t_end } else { t + h };
+                let now = if h == left { until } else { t + h };
                 let slope = self.system.regular_rates(now, &y, self.least);
                 if now <= after {
                     self.t.clear();
@@ -177,7 +184,9 @@ impl Integration {
     }
 
     /// Try a step: what it missed, over what it may, and where it leads. It is taken where that is no more than 1.
-    fn step(&mut self, t: f64, h: f64) -> (f64, Vec<f64>) {
+    /// Up to a `node` of a drive it sees the piece before it alone.
+    fn step(&mut self, t: f64, h: f64, node: f64) -> (f64, Vec<f64>) {
+        let before = node * (1.0 - f64::EPSILON);
         let (system, width) = (&self.system, self.system.width());
         let y = &self.y[self.y.len() - width..];
         let slope = &self.slopes[self.slopes.len() - width..];
@@ -206,7 +215,7 @@ impl Integration {
             let mut right = if stage == 0 {
                 slope.to_vec()
             } else {
-                system.regular_rates(t + TIME[stage] * h, &at, self.least)
+                system.regular_rates((t + TIME[stage] * h).min(before), &at, self.least)
             };
             add(&mut right, h * DRIFT[stage], &drift);
             for (k, factor) in stages.iter().zip(C[stage]) {
@@ -252,6 +261,9 @@ impl Integration {
 
     /// The variables at a time, those of the nearest end outside of what is known.
     pub fn variables(&self, t: f64) -> Vec<f64> {
+        if t <= 0.0 {
+            return self.start.to_vec();
+        }
         let width = self.system.width();
         let row = |values: &[f64], i: usize| values[i * width..][..width].to_vec();
         let next = self.t.partition_point(|&begun| begun <= t);
@@ -268,7 +280,13 @@ impl Integration {
         );
         for i in 0..width {
             let rise = to[i] - y[i];
-            let (a, b) = (h * from_slope[i] - rise, rise - h * to_slope[i]);
+            let mut ends = [h * from_slope[i], h * to_slope[i]];
+            if self.shares[i] == 0.0 && ends.iter().any(|end| (end - rise).abs() > 1.0) {
+                // A logarithm that jumps within the step: a cubic would overshoot by many times its base, a monotone one
+                // does not (Fritsch & Carlson, SIAM J. Numer. Anal. 17 (1980) 238).
+                ends = ends.map(|end| (end * rise.signum()).clamp(0.0, 3.0 * rise.abs()) * rise.signum());
+            }
+            let (a, b) = (ends[0] - rise, rise - ends[1]);
             y[i] += s * (rise + (1.0 - s) * ((1.0 - s) * a + s * b));
         }
         self.system.natural(&y)

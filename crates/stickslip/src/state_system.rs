@@ -274,6 +274,13 @@ impl StateSystem {
         self.system.contacts[contact].mass
     }
 
+    /// The first time after `t` at which the table of a drive has a node.
+    pub fn node_after(&self, t: f64) -> f64 {
+        let drives = self.system.contacts.iter().map(|contact| &contact.drive_velocity);
+        let nodes = drives.flat_map(|drive| &drive.nodes).map(|node| node[0]);
+        nodes.filter(|&node| node > t).fold(f64::INFINITY, f64::min)
+    }
+
     /// The period of the first forcing, or the natural period.
     pub fn period(&self) -> f64 {
         let frequency = self.system.forcing_frequency();

@@ -198,7 +198,7 @@ def integrate(
             last, stop = float(mark.times[max_events - 1]), "max_events"
     marks = [replace(mark, times=mark.times[mark.times <= last]) for mark in marks]
     work = Work(events=sum(len(mark.times) for mark in marks), evaluations=spent)
-    return StateOrbit(system, core, solution, marks, last, stop, work)
+    return StateOrbit(system, core, solution, marks, last, stop, work, np.concatenate([begin, z]), v)
 
 
 class _Stalled(Exception):

@@ -127,6 +127,8 @@ class StateOrbit(Orbit):
         t_end: float,
         stop: str,
         work: Work,
+        start: NDArray[np.float64],
+        v0: ArrayLike | None,
     ) -> None:
         # No super().__init__: it wants the core of an orbit in closed form.
         self.system = system
@@ -134,6 +136,8 @@ class StateOrbit(Orbit):
         self._solution = solution
         self._marks = marks
         self._layout = StateLayout.of(system)
+        self._start = start
+        self._v0 = v0
         self.t_end = t_end
         self.stop = stop
         self.stop_sentence = _SENTENCES[stop]
@@ -196,7 +200,10 @@ class StateOrbit(Orbit):
     def variables(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """What is integrated, at times: positions, velocities or slip velocities, internal states; shape (times, w)."""
         rows = np.ascontiguousarray(self._solution(times).T)
-        return self._right_hand_side.natural(rows.ravel()).reshape(rows.shape)
+        natural = np.asarray(self._right_hand_side.natural(rows.ravel())).reshape(rows.shape)
+        # a slip velocity that is integrated as a logarithm would differ from the start by rounding
+        natural[np.asarray(times) == 0] = self._start
+        return natural
 
     def maxima(self) -> NDArray[np.float64]:
         """The times at which the position of the first contact's mass is greatest."""
@@ -210,8 +217,11 @@ class StateOrbit(Orbit):
         n, c = self._masses, self._contacts
         y = self.variables(times) if times.size else np.empty((0, 2 * n + sum(self._layout.sizes)))
         v, a, w, force, _ = self._right_hand_side.states(times, y.ravel())
+        v = v.reshape(-1, n)
+        if self._v0 is not None:
+            v[times == 0] = self._v0
         columns: dict[str, NDArray[Any]] = {
-            "x": y[:, :n], "v": v.reshape(-1, n), "a": a.reshape(-1, n),
+            "x": y[:, :n], "v": v, "a": a.reshape(-1, n),
             "slip_velocity": (w := w.reshape(-1, c)), "force": force.reshape(-1, c),
             "stuck": np.abs(w) <= CREEP * np.abs(w).max(axis=0, initial=0.0),
         }  # fmt: skip
@@ -257,7 +267,7 @@ class StateOrbit(Orbit):
         return rows[["t", "x", "v", "w", "force", "stick_time", "force_rate"]].to_numpy(float)[-most:]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (self.system, *self._contents(), self.work)
+        return _restored, (self.system, *self._contents(), self.work, self._start, self._v0)
 
     def _contents(self) -> tuple[Any, ...]:
         return self._solution, self._marks, self.t_end, self.stop

@@ -127,8 +127,22 @@ pub(crate) struct Frame {
 pub(crate) struct Held {
     pub(crate) contacts: Vec<usize>,
     gain: Rows<f64>,
+    /// Masses whose acceleration follows from that of what they are held to, in an order in which that is known.
+    carried: Vec<Carried>,
     /// What heavy damping makes slow meanwhile.
     slow: Option<Slow>,
+}
+
+/// A mass held by a contact to another mass or to a drive: a = a of the other + sign · drive acceleration.
+///
+/// The sum of the forces on it would give the same but for rounding of these forces over its mass, which for a light mass is
+/// a drift against what it is held to.
+#[derive(Clone, Copy, Debug)]
+struct Carried {
+    mass: usize,
+    by: Option<usize>,
+    contact: usize,
+    sign: f64,
 }
 
 impl Held {
@@ -353,8 +367,65 @@ impl Frame {
             let dense = block.pseudo_inverse();
             Rows::new((0..m).map(|i| filled(dense.row(i))))
         };
+        let carried = self.carried(&contacts);
         let slow = None;
-        Held { contacts, gain, slow }
+        Held {
+            contacts,
+            gain,
+            carried,
+            slow,
+        }
+    }
+
+    /// Which masses some contacts carry: from the drives on, and where there is none from the heaviest mass on.
+    fn carried(&self, contacts: &[usize]) -> Vec<Carried> {
+        let mut known = vec![false; self.masses];
+        let mut carried = Vec::with_capacity(contacts.len());
+        let mut left = contacts.to_vec();
+        loop {
+            let before = left.len();
+            left.retain(|&contact| {
+                let (mass, other) = self.ends[contact];
+                match (known[mass], other.is_none_or(|other| known[other])) {
+                    (false, true) => {
+                        known[mass] = true;
+                        carried.push(Carried {
+                            mass,
+                            by: other,
+                            contact,
+                            sign: 1.0,
+                        });
+                        false
+                    }
+                    (true, false) => {
+                        if let Some(other) = other {
+                            known[other] = true;
+                            carried.push(Carried {
+                                mass: other,
+                                by: Some(mass),
+                                contact,
+                                sign: -1.0,
+                            });
+                        }
+                        false
+                    }
+                    // Others hold what it would, or nothing is known of either mass yet.
+                    (both, _) => !both,
+                }
+            });
+            if left.len() < before {
+                continue;
+            }
+            let masses = left.iter().flat_map(|&contact| {
+                let (mass, other) = self.ends[contact];
+                std::iter::once(mass).chain(other)
+            });
+            let light = |&mass: &usize| self.inverse.at(mass, mass);
+            match masses.min_by(|one, other| light(one).total_cmp(&light(other))) {
+                Some(heaviest) => known[heaviest] = true,
+                None => return carried,
+            }
+        }
     }
 
     /// The same for the motion of a whole phase, which heavy damping makes slow.

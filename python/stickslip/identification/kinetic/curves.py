@@ -39,6 +39,8 @@ CLOSE = 1e-3
 """Of the logarithm of a scale: within this of each other two values are near enough to go on from, by steps of at most it."""
 SAME = 1e-9
 """Of the logarithm of a scale, below which a step changes nothing."""
+HIDDEN = 0.3
+"""A hidden fall of friction is searched for down to this part of the slowest speed."""
 ONE_SPEED = 1.05
 """Speeds within this ratio are one, and show no curve."""
 
@@ -395,18 +397,24 @@ def forms_of(rows: Rows, shapes: Iterable[str]) -> Iterator[tuple[str, tuple[str
                     yield ", ".join([shape, "asymmetric", *subset]), (*terms, *(term + BY_SENSE for term in friction))
 
 
-def fit_form(rows: Rows, form: str, terms: tuple[str, ...]) -> SteadyFit | None:
-    """Fit one form; None where there are too few rows for it, or where two of its numbers do the same on these rows."""
+def fit_form(rows: Rows, form: str, terms: tuple[str, ...], *, hidden: bool = False) -> SteadyFit | None:
+    """Fit one form; None where there are too few rows for it, or where two of its numbers do the same on these rows.
+
+    `hidden`: a fall of friction whose scale lies below the slowest speed, of which rows show the end alone; else those
+    that show the fall.
+    """
     names = list(terms)
     if "weakening" in terms:
         names.insert(names.index("weakening") + 1, "scale")
     if len(rows) < len(names) + 2:
         return None
     blank = Curve(terms, rows.reference, rows.middle, EXPONENTS.get(form.split(", ")[0], 1.0))
-    scales = _scales(rows, blank) if "scale" in names else [blank.scale] * (1 + len(rows.parts))
+    scales = (
+        _scales(rows, blank, HIDDEN if hidden else 1.0) if "scale" in names else [blank.scale] * (1 + len(rows.parts))
+    )
     curve, *others = (replace(blank, scale=scale) for scale in scales)
     curve, numbers, rest = _polished(rows, curve, names.index("scale") if "scale" in names else None)
-    if "scale" in names and not _falls(rows, curve, numbers):
+    if "scale" in names and not _falls(rows, curve, numbers, hidden):
         return None
     jacobian = curve.jacobian(rows, numbers)
     values = numbers.tolist()
@@ -445,14 +453,14 @@ def _table(names: list[str], values: Array, covariance: Array, freedom: float) -
     return estimate(Parameters([Parameter(name) for name in names]), values, covariance, freedom)[0]
 
 
-def _falls(rows: Rows, curve: Curve, numbers: Array) -> bool:
+def _falls(rows: Rows, curve: Curve, numbers: Array, hidden: bool) -> bool:
     """Whether it is a Stribeck curve: one that falls, over speeds that were measured.
 
     One bent over all speeds is a polynomial by another name, one whose fall is over at the slowest an extrapolation.
     """
     speed = np.abs(rows.w)
     fast, slow = 0.5 * float(speed.max()), 1.001 * float(speed.min())
-    return bool(min(numbers[:2]) >= 0 and slow < curve.scale <= fast)
+    return bool(min(numbers[:2]) >= 0 and (curve.scale <= slow if hidden else slow < curve.scale <= fast))
 
 
 def _covariance(rows: Rows, scaled: Array, rest: Array) -> tuple[Array, float]:
@@ -595,8 +603,10 @@ def _polished(rows: Rows, curve: Curve, scale: int | None) -> tuple[Curve, Array
     return curve, numbers, rest
 
 
-def _scales(rows: Rows, blank: Curve) -> list[float]:
+def _scales(rows: Rows, blank: Curve, below: float) -> list[float]:
     """The scale of the fall of friction by least squares: of all rows, then of all but each part.
+
+    It is searched for from the slowest speed, times `below`, to the fastest.
 
     What is seen at one scale is seen of all these fits at once; each is searched on from what the others have seen.
     """
@@ -624,7 +634,7 @@ def _scales(rows: Rows, blank: Curve) -> list[float]:
         return _least(np.concatenate(summed))[1].reshape(len(log_scales), -1)
 
     # a fall that is over at the slowest rows would be an extrapolation many times its size
-    grid = np.linspace(math.log(float(speed.min())), math.log(float(speed.max())), 13)
+    grid = np.linspace(math.log(below * float(speed.min())), math.log(float(speed.max())), 13)
     seen = dict(zip(grid.tolist(), costs(grid), strict=True))
 
     def lowest(number: int) -> float:

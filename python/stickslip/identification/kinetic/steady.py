@@ -79,6 +79,8 @@ class SteadyFriction(Result):
     fits : by name of the form, the best prediction of held-back rows first.
     chosen : name of the chosen form.
     undecided : names of forms that predict held-back rows as well, within one standard error.
+    hidden : forms by whose fall of friction the rows are predicted as well, but which falls below the slowest speed: they say
+        nothing of what was measured, and that nothing is known of rest.
     notes : plain sentences.
     command : what to type to do it again.
     stated : units of force and slip velocity.
@@ -94,6 +96,25 @@ class SteadyFriction(Result):
     command: str
     stated: Mapping[str, str] = field(default_factory=dict)
     valid: bool = True
+    hidden: dict[str, SteadyFit] = field(default_factory=dict)
+
+    @property
+    def at_rest(self) -> tuple[float, float, float]:
+        """Friction at rest, which the break-away force of the law is: value, and the ends of what cannot be excluded.
+
+        The value is that of the chosen form. The ends are those of all 95 % intervals of the forms that predict held-back
+        rows as well, and of the `hidden` ones.
+
+        >>> import xarray as xr
+        >>> w = np.geomspace(0.15, 1.5, 24)
+        >>> f = 1.9 + 1.1 * np.exp(-((w / 0.12) ** 2)) + 0.6 * w + 0.02 * np.random.default_rng(0).standard_normal(24)
+        >>> table = {"slip_velocity": ("row", w), "force": ("row", f), "force_error": ("row", np.full(24, 0.02))}
+        >>> value, low, high = fit_steady(xr.DataTree.from_dict({"/steady": xr.Dataset(table)})).at_rest
+        >>> low <= 3.0 <= high
+        True
+        """
+        slow = float(self.rows["slip_velocity"].abs().min())
+        return _rest(slow, [self.fits[name] for name in (self.chosen, *self.undecided)], self.hidden.values())
 
     @property
     def best(self) -> SteadyFit:
@@ -448,11 +469,12 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
             f"{law} was asked for; {chosen}, its limit, predicts held-back rows as well or is all that can be fitted."
         )
     fits[chosen], missed, valid = widened(rows, fits[chosen])
-    notes = [*missed, *_disagreement(rows, fits[chosen]), *notes, *_words(rows, fits, chosen, undecided)]
+    hidden = _hidden(rows, fits[chosen], shapes, each_way)
+    notes = [*missed, *_disagreement(rows, fits[chosen]), *notes, *_words(rows, fits, chosen, undecided, hidden)]
     data = {"slip_velocity": rows.w, "force": rows.force, "force_error": measured.error, "source": rows.source}
     data["motion_force"] = fits[chosen].of_motion(rows)
     command = shlex.join(["stickslip", "identify", *names, "--steady", *(["--law", law] if law else [])])
-    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command, units[0][1], valid)
+    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command, units[0][1], valid, hidden)
 
 
 def _fits(rows: Rows, shapes: Iterable[str], each_way: bool) -> dict[str, SteadyFit]:
@@ -523,7 +545,9 @@ def _disagreement(rows: Rows, best: SteadyFit) -> list[str]:
     return notes
 
 
-def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[str]) -> list[str]:
+def _words(
+    rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[str], hidden: dict[str, SteadyFit]
+) -> list[str]:
     best = fits[chosen]
     notes = []
     if len(fits) > 1:
@@ -561,7 +585,8 @@ def _words(rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[
             f"The force has a part of {arm:.3g} that follows sine and cosine of the angle, as the weight of an arm has; it "
             "is not part of the law."
         )
-    notes += _asymmetry(rows, best) + _confounded(rows, fits, chosen) + _extrapolated(rows, fits, [chosen, *undecided])
+    notes += _asymmetry(rows, best) + _confounded(rows, fits, chosen)
+    notes += _extrapolated(rows, fits, [chosen, *undecided], hidden)
     apart = np.sqrt(best.losses / np.median(best.losses)) if np.median(best.losses) > 0 else np.zeros(1)
     if len(rows) <= FEW and float(apart.max()) > STANDS_OUT:
         at = int(np.argmax(apart))
@@ -615,17 +640,37 @@ def _confounded(rows: Rows, fits: dict[str, SteadyFit], chosen: str) -> list[str
     ]
 
 
-def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str]) -> list[str]:
+def _hidden(rows: Rows, best: SteadyFit, shapes: Iterable[str], each_way: bool) -> dict[str, SteadyFit]:
+    """Forms whose friction falls below the slowest speed and that predict held-back rows better than the chosen one."""
+    falling = [shape for shape in shapes if "weakening" in SHAPES[shape]]
+    forms = [item for item in forms_of(rows, falling) if not each_way or "asymmetric" in item[0]]
+    fits = {form: fit_form(rows, form, terms, hidden=True) for form, terms in forms}
+    return {form: fit for form, fit in fits.items() if fit is not None and behind(rows, best.losses, fit.losses)}
+
+
+def _rest(slow: float, fits: Iterable[SteadyFit], hidden: Iterable[SteadyFit]) -> tuple[float, float, float]:
+    """Friction at rest by the first of these fits, and the ends of what all of them and the hidden ones leave open."""
+    ends = [fit.at_rest(slow) for fit in (*fits, *hidden)]
+    return ends[0][0], min(low for _, low, _ in ends), max(high for _, _, high in ends)
+
+
+def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str], hidden: dict[str, SteadyFit]) -> list[str]:
     """What the law says of rest, where nothing was measured, and what forms that predict as well say of it."""
     slow = float(np.abs(rows.w).min())
-    rest = [fits[name].at_rest(slow) for name in names]
-    value, low, high = rest[0]
-    lowest, highest = min(low, *(end for _, end, _ in rest)), max(high, *(end for _, _, end in rest))
+    value, low, high = fits[names[0]].at_rest(slow)
+    _, lowest, highest = _rest(slow, [fits[name] for name in names], hidden.values())
     here = fits[names[0]].at_rest(slow, slow)[0]
+    if hidden:
+        return [
+            f"Nothing was measured below w = {slow:.3g}, where friction still falls: {', '.join(hidden)} with a fall below "
+            f"that predicts held-back rows better than {names[0]}. The break-away force cannot be told: {value:.3g} by the "
+            f"chosen form, and anything from {lowest:.3g} to {highest:.3g} by these; measure slower, or a break-away."
+        ]
     if max(abs(value - here), highest - high, low - lowest) < APART * abs(here):
         return [] if _flat(names[0]) else [extrapolated_note(slow)]
     return [
         f"Nothing was measured below w = {slow:.3g}. Friction goes on to {value:.3g} at rest ({low:.3g} to {high:.3g}) by "
-        f"the chosen form, and to anything from {lowest:.3g} to {highest:.3g} by those that predict as well: the "
-        "break-away force of the law is an extrapolation; measure slower, or a break-away."
+        f"the chosen form, and to anything from {lowest:.3g} to {highest:.3g} by those that predict as well, if it does not "
+        "fall below that speed, which would not be seen: the break-away force of the law is an extrapolation; measure "
+        "slower, or a break-away."
     ]

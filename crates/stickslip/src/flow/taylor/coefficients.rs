@@ -214,8 +214,8 @@ struct Lines {
     slope: Vec<f64>,
     /// Contacts whose force does not follow from such a line.
     others: Vec<usize>,
-    /// Stuck contacts for themselves: contact, mass, what its force owes to what it needs, its response.
-    alone: Vec<(usize, usize, f64, f64)>,
+    /// Stuck contacts for themselves: contact, mass, what its force owes to what it needs.
+    alone: Vec<(usize, usize, f64)>,
 }
 
 /// What acts from outside, and the lines of friction.
@@ -280,7 +280,7 @@ impl Lines {
         }
         self.alone.clear();
         for (row, &c) in held.contacts.iter().enumerate() {
-            let (&[(at, gain)], &[(mass, response)], None) =
+            let (&[(at, gain)], &[(mass, _)], None) =
                 (held.gain(row), frame.response.row(c), frame.ends[c].1)
             else {
                 return self.alone.clear();
@@ -288,7 +288,7 @@ impl Lines {
             if at != row || mass != frame.ends[c].0 {
                 return self.alone.clear();
             }
-            self.alone.push((c, mass, gain, response));
+            self.alone.push((c, mass, gain));
         }
     }
 }
@@ -418,11 +418,11 @@ impl Motion {
         let next = (k + 1) as f64;
         let Acting { drive, lines, .. } = &self.acting;
         let (force, drive) = (self.force.of_mut(k), drive.of(k + 1));
-        for &(c, mass, gain, response) in &lines.alone {
+        for &(c, mass, gain) in &lines.alone {
             let own = &mut self.acceleration[mass];
-            let pull = gain * (next * drive[c] - *own);
-            force[c] = pull;
-            *own += response * pull;
+            let held = next * drive[c];
+            force[c] = gain * (held - *own);
+            *own = held;
         }
         if !lines.alone.is_empty() {
             return;
@@ -434,6 +434,10 @@ impl Motion {
             let pull = held.force(row, |at| self.wanted[at]);
             force[c] = pull;
             frame.push(c, pull, &mut self.acceleration);
+        }
+        for carried in &held.carried {
+            let by = carried.by.map_or(0.0, |mass| self.acceleration[mass]);
+            self.acceleration[carried.mass] = by + carried.sign * (next * drive[carried.contact]);
         }
     }
 
