@@ -210,11 +210,12 @@ def unlike_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[st
         return []
     spring = rig.instrument == "spring_force"
     stated = record.error * abs(rig.force_unit) / (friction.fit.oscillator.stiffness if spring else 1.0)
-    if 0.5 < friction.noise / max(stated, 1e-300) < 2:
+    scatter = friction.noise / math.sqrt(friction.fit.together)
+    if 0.5 < scatter / max(stated, 1e-300) < 2:
         return []
     return [
         f"the record says its samples are good to {stated:.2g}{_length(rig)}, they scatter by "
-        f"{friction.noise:.2g}{_length(rig)} about the fit: the scatter was believed"
+        f"{scatter:.2g}{_length(rig)} about the fit: the scatter was believed"
     ]
 
 

@@ -31,7 +31,7 @@ class Friction:
     force, force_error : (n,) friction and its standard error (noise, smoothing and the time of events; not the rig's
         own constants).
     stuck : (n,) whether the sample lies inside a stick.
-    noise : residual standard deviation of x.
+    noise : residual standard deviation of x; where noise is coloured, of white noise of the same density.
     cutoff : in Hz, of slips and creeping sticks.
     fit : the pieces.
     releases : end of a stick -> time in s by which its break-away is later than that, where the slips tell it better, and its
@@ -66,6 +66,7 @@ def fit_pieces(
     rigid: bool,
     oscillator: OscillatorConstants,
     knots: float,
+    together: float = 1.0,
 ) -> PiecewiseFit:
     """Fit the record in pieces that end at the limits of the sticks, each part with its likeliest cut-off."""
     period = own_period(oscillator)
@@ -92,6 +93,7 @@ def fit_pieces(
         oscillator,
         slip_knots=knots,
         creep_knots=max(period / 20, knots),
+        together=together,
     )
     cutoff: dict[Part, float] = {}
     slip_limits = cutoff_limits(oscillator, fit.step, knots)
@@ -178,7 +180,8 @@ def likeliest_inertia(friction: Friction, most: int = 30_000) -> tuple[float, fl
     def deviance(log_factor: float) -> float:
         trial = replace(o, mass=o.mass * math.exp(log_factor))
         part = PiecewiseFit(
-            friction.time[:n], fit.path[:n], fit.weight[:n], breaks, kinds, trial, fit.slip_knots, fit.creep_knots
+            friction.time[:n], fit.path[:n], fit.weight[:n], breaks, kinds, trial, fit.slip_knots, fit.creep_knots,
+            fit.together,
         )
         return part.deviance({**others, "slip": part.best_cutoff("slip", limits, others)})
 

@@ -40,6 +40,7 @@ from stickslip.measurement.result import release
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
+from stickslip.measurement.signals.coloured_noise import Colour, noise_colour
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 from stickslip.measurement.signals.slip_evidence import SlipModel
@@ -53,6 +54,7 @@ from stickslip.measurement.sticks import (
     own_period,
     presmooth,
     rigid_candidates,
+    rises_before,
     stick_slope,
 )
 
@@ -60,6 +62,9 @@ Array = npt.NDArray[np.float64]
 
 LEAST_NOISE = 1e-5
 """Of the range of a record: with less noise each slip would be told from a stick by what the splines of the fit round off."""
+
+LARGE = 0.3
+"""Falls of so much of the largest one are slips, whatever the noise."""
 
 EVENT_DIMENSIONS = {"t": "time", "stick_time": "time", "force_rate": "force time^-1"}
 """Of the columns of a table of break-aways; the others are forces."""
@@ -229,6 +234,19 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         )
 
     presmoothed = presmooth(time, x, weight, o, noise)
+    together = 1.0
+    if colour := _colour(presmoothed, x, weight, rig, known_noise or noise):
+        deviation = known_noise or colour.deviation
+        if deviation > least:
+            together = colour.count
+            noise = deviation * math.sqrt(together)
+            presmoothed = presmooth(time, x, weight, o, noise)
+            unit = "" if rig.unit == "1" else " m"
+            notes.append(
+                f"the noise is coloured: samples scatter by {deviation:.2g}{unit}, and neighbours are alike to "
+                f"{colour.share * colour.correlation:.2f}, so that {together:.2g} samples count as one in all errors; creep "
+                "or a ripple smaller than that noise is not seen"
+            )
     flanks = find_flanks(presmoothed, 0.0)  # every fall that stands clear of the noise
 
     check_rise(record, rig, presmoothed, flanks)
@@ -241,7 +259,7 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         return _measure(replace(driven, notes=(*record.notes, *stopped)), rig, alone)
 
     # the spring and the drive as the sticks show them
-    stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
+    stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True, together)
     pixel = None if record.pixel is None else record.pixel * abs(rig.force_unit) / (o.stiffness if spring else 1.0)
     stated, shaken = _without_ripple(stated, rig, pixel)
     x, noise, presmoothed, flanks = stated.extension, stated.noise, stated.presmoothed, stated.flanks
@@ -299,6 +317,21 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     return _Found(friction, sticks, rigid, slow, line, word, notes, int(np.count_nonzero(beyond)))
 
 
+def _colour(presmoothed: Presmoothed, x: Array, weight: Array, rig: Rig, noise: float) -> Colour | None:
+    """Colour of the noise in the middle halves of the rises before the large falls, a ripple taken out; None if white."""
+    flanks = find_flanks(presmoothed, 0.0)
+    if not len(flanks.drops):
+        return None
+    rises = rises_before(presmoothed.extension, LARGE * float(flanks.drops.max()))
+    stretches = [(a + (b - a) // 4, b - (b - a) // 4) for a, b in rises]
+    colour = noise_colour(x, weight, stretches)
+    if colour is None:
+        return None
+    sticks = [Stick(presmoothed.time[a], presmoothed.time[b], 0.0, 0.0) for a, b in rises]
+    ripple = find_ripple(presmoothed.time, x, weight, sticks, noise, rig.mains_frequency)
+    return colour if ripple is None else noise_colour(x - ripple.at(presmoothed.time), weight, stretches)
+
+
 def _without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft, Shaken | None]:
     """The draft without a line that all its sticks share, and what was taken; as it is where there is none."""
     o = draft.oscillator
@@ -327,7 +360,7 @@ def _without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft,
 
 def _pieces(draft: Draft, sticks: list[Stick]) -> PiecewiseFit:
     o = draft.oscillator
-    return fit_pieces(draft.time, draft.extension, draft.weight, sticks, True, o, _knots(draft.presmoothed, o))
+    return fit_pieces(draft.time, draft.extension, draft.weight, sticks, True, o, _knots(draft.presmoothed, o), draft.together)
 
 
 def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick], float, str]:
@@ -338,7 +371,7 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
     else:
         soft = True
         sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
-        fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o))
+        fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o), draft.together)
     friction = friction_force(fit, sticks)
     hidden = _hidden(draft)
     sticks = [
@@ -378,7 +411,7 @@ def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any, bool]:
     for span in (max(8 * step, 0.06 * own_period(o)), 3 * step):
         model = SlipModel(time, path, weight, o, draft.noise, knots, cutoff)
         sticks, soft = refine_sticks(model, sticks, span, soft)
-        fit = fit_pieces(time, x, weight, sticks, True, o, knots)
+        fit = fit_pieces(time, x, weight, sticks, True, o, knots, draft.together)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)
         if not sticks or (soft and changed < 0.1):
