@@ -40,7 +40,7 @@ from stickslip.measurement.result import release
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
-from stickslip.measurement.signals.coloured_noise import Colour, noise_colour
+from stickslip.measurement.signals.coloured_noise import noise_colour
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 from stickslip.measurement.signals.slip_evidence import SlipModel
@@ -234,19 +234,6 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         )
 
     presmoothed = presmooth(time, x, weight, o, noise)
-    together = 1.0
-    if colour := _colour(presmoothed, x, weight, rig, known_noise or noise):
-        deviation = known_noise or colour.deviation
-        if deviation > least:
-            together = colour.count
-            noise = deviation * math.sqrt(together)
-            presmoothed = presmooth(time, x, weight, o, noise)
-            unit = "" if rig.unit == "1" else " m"
-            notes.append(
-                f"the noise is coloured: samples scatter by {deviation:.2g}{unit}, and neighbours are alike to "
-                f"{colour.share * colour.correlation:.2f}, so that {together:.2g} samples count as one in all errors; creep "
-                "or a ripple smaller than that noise is not seen"
-            )
     flanks = find_flanks(presmoothed, 0.0)  # every fall that stands clear of the noise
 
     check_rise(record, rig, presmoothed, flanks)
@@ -259,11 +246,19 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         return _measure(replace(driven, notes=(*record.notes, *stopped)), rig, alone)
 
     # the spring and the drive as the sticks show them
-    stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True, together)
+    stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
     pixel = None if record.pixel is None else record.pixel * abs(rig.force_unit) / (o.stiffness if spring else 1.0)
-    stated, shaken = _without_ripple(stated, rig, pixel)
+    still, shaken = _without_ripple(stated, rig, pixel)
+    trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
+    if shaken is not None or not rigid:
+        # what looks like a ripple or like creep may be noise that is slow
+        coloured = _coloured(stated, rig, known_noise, least, notes)
+        if coloured is not stated:
+            stated = coloured
+            still, shaken = _without_ripple(stated, rig, pixel)
+            trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
+    stated = still
     x, noise, presmoothed, flanks = stated.extension, stated.noise, stated.presmoothed, stated.flanks
-    trial, slope, rigid = rigid_sticks(stated, o.drive_velocity)
     # A mass that does not go with the drive where it seems to rest does not rest; where nothing sticks, or for too few
     # samples to have a slope, nothing shows that it creeps.
     rigid = slope is None or (rigid and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig))
@@ -317,19 +312,33 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     return _Found(friction, sticks, rigid, slow, line, word, notes, int(np.count_nonzero(beyond)))
 
 
-def _colour(presmoothed: Presmoothed, x: Array, weight: Array, rig: Rig, noise: float) -> Colour | None:
-    """Colour of the noise in the middle halves of the rises before the large falls, a ripple taken out; None if white."""
-    flanks = find_flanks(presmoothed, 0.0)
-    if not len(flanks.drops):
-        return None
-    rises = rises_before(presmoothed.extension, LARGE * float(flanks.drops.max()))
+def _coloured(draft: Draft, rig: Rig, known_noise: float | None, least: float, notes: list[str]) -> Draft:
+    """The draft with the density of its noise, where that is coloured, and a note; as it is where it is white.
+
+    The noise is that in the middle halves of the rises before the large falls, a ripple taken out.
+    """
+    x, weight, time, presmoothed = draft.extension, draft.weight, draft.time, draft.presmoothed
+    if not len(draft.flanks.drops):
+        return draft
+    rises = rises_before(presmoothed.extension, LARGE * float(draft.flanks.drops.max()))
     stretches = [(a + (b - a) // 4, b - (b - a) // 4) for a, b in rises]
     colour = noise_colour(x, weight, stretches)
-    if colour is None:
-        return None
-    sticks = [Stick(presmoothed.time[a], presmoothed.time[b], 0.0, 0.0) for a, b in rises]
-    ripple = find_ripple(presmoothed.time, x, weight, sticks, noise, rig.mains_frequency)
-    return colour if ripple is None else noise_colour(x - ripple.at(presmoothed.time), weight, stretches)
+    sticks = [Stick(time[a], time[b], 0.0, 0.0) for a, b in rises]
+    if colour and (ripple := find_ripple(time, x, weight, sticks, draft.noise, rig.mains_frequency)):
+        colour = noise_colour(x - ripple.at(time), weight, stretches)
+    if colour is None or colour.deviation < least:
+        return draft
+    deviation = known_noise or colour.deviation
+    noise = deviation * math.sqrt(colour.count)
+    unit = "" if rig.unit == "1" else " m"
+    notes.append(
+        f"the noise is coloured: samples scatter by {deviation:.2g}{unit}, and neighbours are alike to "
+        f"{colour.share * colour.correlation:.2f}, so that {colour.count:.2g} samples count as one in all errors; creep or a "
+        "ripple smaller than that noise is not seen"
+    )
+    presmoothed = presmooth(time, x, weight, draft.oscillator, noise)
+    flanks = find_flanks(presmoothed, 0.0)
+    return replace(draft, noise=noise, presmoothed=presmoothed, flanks=flanks, together=colour.count)
 
 
 def _without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft, Shaken | None]:

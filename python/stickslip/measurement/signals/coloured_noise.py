@@ -24,6 +24,8 @@ CORRELATIONS = 0.2, 0.99
 """Of coloured noise, from one sample to the next; what is slower is no noise of a sample."""
 CLEARLY = 16.0
 """Coloured noise must lower the deviance by so much."""
+SLOW = 4.0
+"""Noise that lasts for more than one in so many parts of a stretch cannot be told from creep."""
 LEAST = 1.5
 """Noise that makes less than so many samples count as one is taken as white."""
 
@@ -114,4 +116,5 @@ def noise_colour(signal: Array, weight: Array, stretches: list[tuple[int, int]])
     least, share, variance = under(correlation)
     colour = Colour(math.sqrt(variance), correlation, share)
     white = len(left) * left.shape[1] * math.log(float(np.mean(np.diag(covariance))))
-    return colour if white - least > CLEARLY and colour.count > LEAST else None
+    told = white - least > CLEARLY and SLOW < length * (1 - correlation)
+    return colour if told and colour.count > LEAST else None
