@@ -179,7 +179,9 @@ def restoring_excess(friction: Friction) -> tuple[float, float]:
     parts = []
     for slip in slips:
         powers = [(friction.slip_velocity[slip] / fastest) ** power for power in range(1, 5)]
-        rows = np.column_stack([friction.fit.oscillator.stiffness * friction.extension[slip], *powers, friction.force[slip]])
+        rows = np.column_stack(
+            [friction.fit.oscillator.stiffness * friction.extension[slip], *powers, friction.force[slip]]
+        )
         rows = rows - rows.mean(axis=0)
         parts.append(rows.T @ rows)
     products = np.array(parts)
@@ -222,7 +224,14 @@ def likeliest_inertia(friction: Friction, most: int = 30_000) -> tuple[float, fl
     def deviance(log_factor: float) -> float:
         trial = replace(o, mass=o.mass * math.exp(log_factor))
         part = PiecewiseFit(
-            friction.time[:n], fit.path[:n], fit.weight[:n], breaks, kinds, trial, fit.slip_knots, fit.creep_knots,
+            friction.time[:n],
+            fit.path[:n],
+            fit.weight[:n],
+            breaks,
+            kinds,
+            trial,
+            fit.slip_knots,
+            fit.creep_knots,
             fit.together,
         )
         return part.deviance({**others, "slip": part.best_cutoff("slip", limits, others)})

@@ -369,7 +369,9 @@ def _without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft,
 
 def _pieces(draft: Draft, sticks: list[Stick]) -> PiecewiseFit:
     o = draft.oscillator
-    return fit_pieces(draft.time, draft.extension, draft.weight, sticks, True, o, _knots(draft.presmoothed, o), draft.together)
+    return fit_pieces(
+        draft.time, draft.extension, draft.weight, sticks, True, o, _knots(draft.presmoothed, o), draft.together
+    )
 
 
 def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick], float, str]:
@@ -380,7 +382,9 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
     else:
         soft = True
         sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
-        fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o), draft.together)
+        fit = fit_pieces(
+            draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o), draft.together
+        )
     friction = friction_force(fit, sticks)
     hidden = _hidden(draft)
     sticks = [

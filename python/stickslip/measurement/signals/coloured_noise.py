@@ -20,6 +20,7 @@ FEWEST = 3
 ALIKE = 6.0
 """A stretch whose samples scatter with so many times the usual variance holds more than noise."""
 SHARES = 1e-4, 1 - 1e-4
+"""Of the variance, that coloured noise may have."""
 CORRELATIONS = 0.2, 0.99
 """Of coloured noise, from one sample to the next; what is slower is no noise of a sample."""
 CLEARLY = 16.0
@@ -108,7 +109,7 @@ def noise_colour(signal: Array, weight: Array, stretches: list[tuple[int, int]])
         share = float(found.x)
         return float(found.fun), share, float(np.mean(seen / (1 - share + share * values)))
 
-    bounds = [math.atanh(one) for one in CORRELATIONS]
+    bounds = math.atanh(CORRELATIONS[0]), math.atanh(CORRELATIONS[1])
     best = minimize_scalar(
         lambda z: under(math.tanh(z))[0], bounds=bounds, method="bounded", options={"xatol": 0.02, "maxiter": 25}
     )
@@ -116,5 +117,5 @@ def noise_colour(signal: Array, weight: Array, stretches: list[tuple[int, int]])
     least, share, variance = under(correlation)
     colour = Colour(math.sqrt(variance), correlation, share)
     white = len(left) * left.shape[1] * math.log(float(np.mean(np.diag(covariance))))
-    told = white - least > CLEARLY and SLOW < length * (1 - correlation)
+    told = white - least > CLEARLY and length * (1 - correlation) > SLOW
     return colour if told and colour.count > LEAST else None
