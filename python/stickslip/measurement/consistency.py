@@ -242,9 +242,9 @@ def inertia(friction: Friction, rig: Rig, slow: float, line: Line) -> list[str]:
         swing = math.sqrt(max(1 - excess, 0.0))
         notes.append(
             f"the slips swing at {swing:.3f} +- {excess_error / (2 * max(swing, 0.1)):.1g} times sqrt(k/m)/2pi, whatever "
-            f"friction does with the slip velocity: the stiffness {o.stiffness:.4g} or the inertia {o.mass:g} is wrong by "
-            f"some {100 * abs(excess):.0f} %, or friction depends on more than the slip velocity; an error of the stiffness "
-            "is in all forces k x"
+            "friction does with the slip velocity: friction has branches or a memory, or the stiffness "
+            f"{o.stiffness:.4g} or the inertia {o.mass:g} is wrong by some {100 * abs(excess):.0f} %; an error of the "
+            "stiffness is in all forces k x and in no error given here"
         )
     likeliest, error = likeliest_inertia(friction)
     unit = "" if rig.unit == "1" else f"{rig.units.mass} "
