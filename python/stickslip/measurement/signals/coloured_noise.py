@@ -117,5 +117,5 @@ def noise_colour(signal: Array, weight: Array, stretches: list[tuple[int, int]])
     least, share, variance = under(correlation)
     colour = Colour(math.sqrt(variance), correlation, share)
     white = len(left) * left.shape[1] * math.log(float(np.mean(np.diag(covariance))))
-    told = white - least > CLEARLY and length * (1 - correlation) > SLOW
-    return colour if told and colour.count > LEAST else None
+    clear = white - least > CLEARLY and length * (1 - correlation) > SLOW
+    return colour if clear and colour.count > LEAST else None
