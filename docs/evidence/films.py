@@ -455,6 +455,9 @@ out. Rate: pictures a second of processor time, decoding included; for a compari
 the first place of the marker and its size, say no errors, and are told the true times, plane, lens and
 shake, for the first 120 pictures.
 
+The columns of other programs are kept from the run that made them, and other work may have run beside: compare only rates of
+one program.
+
 """
 
 

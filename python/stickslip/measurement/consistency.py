@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.measurement.force import Friction, likeliest_inertia
+from stickslip.measurement.force import Friction, likeliest_inertia, restoring_excess
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.noise import line_excess, mains_hum
@@ -32,6 +32,8 @@ LASTING = 1.5
 """A drive that stops does so for longer than that many cycles of the motion."""
 FEWEST_OF_RISE, FEWEST_RISES = 6, 3
 """Fewest samples of a rise that tell its slope, and rises that tell a speed of the drive."""
+SWING_OFF, SWING_ERRORS = 0.02, 4.0
+"""Part by which the frequency of the slips must lie from sqrt(k/m)/2pi to be named, and standard errors."""
 CHANGES, APART = 0.1, 6.0
 """Speeds of a drive differ by that part, and by so many times what the slopes of rises scatter."""
 RISES = 30.0
@@ -210,11 +212,12 @@ def unlike_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[st
         return []
     spring = rig.instrument == "spring_force"
     stated = record.error * abs(rig.force_unit) / (friction.fit.oscillator.stiffness if spring else 1.0)
-    if 0.5 < friction.noise / max(stated, 1e-300) < 2:
+    scatter = friction.noise / math.sqrt(friction.fit.together)
+    if 0.5 < scatter / max(stated, 1e-300) < 2:
         return []
     return [
         f"the record says its samples are good to {stated:.2g}{_length(rig)}, they scatter by "
-        f"{friction.noise:.2g}{_length(rig)} about the fit: the scatter was believed"
+        f"{scatter:.2g}{_length(rig)} about the fit: the scatter was believed"
     ]
 
 
@@ -234,6 +237,15 @@ def inertia(friction: Friction, rig: Rig, slow: float, line: Line) -> list[str]:
                 "friction that depends on velocity shifts it, or the effective inertia is "
                 f"{1 / ratio**2:.2f} of the mass {o.mass:g}"
             )
+    excess, excess_error = restoring_excess(friction)
+    if abs(excess) > max(SWING_ERRORS * excess_error, 2 * SWING_OFF):
+        swing = math.sqrt(max(1 - excess, 0.0))
+        notes.append(
+            f"the slips swing at {swing:.3f} +- {excess_error / (2 * max(swing, 0.1)):.1g} times sqrt(k/m)/2pi, whatever "
+            "friction does with the slip velocity: friction has branches or a memory, or the stiffness "
+            f"{o.stiffness:.4g} or the inertia {o.mass:g} is wrong by some {100 * abs(excess):.0f} %; an error of the "
+            "stiffness is in all forces k x and in no error given here"
+        )
     likeliest, error = likeliest_inertia(friction)
     unit = "" if rig.unit == "1" else f"{rig.units.mass} "
     if math.isfinite(likeliest) and abs(likeliest - o.mass) > max(3 * error, 0.15 * o.mass):

@@ -40,6 +40,7 @@ from stickslip.measurement.result import release
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
+from stickslip.measurement.signals.coloured_noise import noise_colour
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 from stickslip.measurement.signals.slip_evidence import SlipModel
@@ -53,6 +54,7 @@ from stickslip.measurement.sticks import (
     own_period,
     presmooth,
     rigid_candidates,
+    rises_before,
     stick_slope,
 )
 
@@ -60,6 +62,9 @@ Array = npt.NDArray[np.float64]
 
 LEAST_NOISE = 1e-5
 """Of the range of a record: with less noise each slip would be told from a stick by what the splines of the fit round off."""
+
+LARGE = 0.3
+"""Falls of so much of the largest one are slips, whatever the noise."""
 
 EVENT_DIMENSIONS = {"t": "time", "stick_time": "time", "force_rate": "force time^-1"}
 """Of the columns of a table of break-aways; the others are forces."""
@@ -243,9 +248,17 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     # the spring and the drive as the sticks show them
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
     pixel = None if record.pixel is None else record.pixel * abs(rig.force_unit) / (o.stiffness if spring else 1.0)
-    stated, shaken = _without_ripple(stated, rig, pixel)
+    still, shaken = _without_ripple(stated, rig, pixel)
+    trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
+    if shaken is not None or not rigid:
+        # what looks like a ripple or like creep may be noise that is slow
+        coloured = _coloured(stated, rig, known_noise, least, notes)
+        if coloured is not stated:
+            stated = coloured
+            still, shaken = _without_ripple(stated, rig, pixel)
+            trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
+    stated = still
     x, noise, presmoothed, flanks = stated.extension, stated.noise, stated.presmoothed, stated.flanks
-    trial, slope, rigid = rigid_sticks(stated, o.drive_velocity)
     # A mass that does not go with the drive where it seems to rest does not rest; where nothing sticks, or for too few
     # samples to have a slope, nothing shows that it creeps.
     rigid = slope is None or (rigid and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig))
@@ -299,6 +312,35 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     return _Found(friction, sticks, rigid, slow, line, word, notes, int(np.count_nonzero(beyond)))
 
 
+def _coloured(draft: Draft, rig: Rig, known_noise: float | None, least: float, notes: list[str]) -> Draft:
+    """The draft with the density of its noise, where that is coloured, and a note; as it is where it is white.
+
+    The noise is that in the middle halves of the rises before the large falls, a ripple taken out.
+    """
+    x, weight, time, presmoothed = draft.extension, draft.weight, draft.time, draft.presmoothed
+    if not len(draft.flanks.drops):
+        return draft
+    rises = rises_before(presmoothed.extension, LARGE * float(draft.flanks.drops.max()))
+    stretches = [(a + (b - a) // 4, b - (b - a) // 4) for a, b in rises]
+    colour = noise_colour(x, weight, stretches)
+    sticks = [Stick(time[a], time[b], 0.0, 0.0) for a, b in rises]
+    if colour and (ripple := find_ripple(time, x, weight, sticks, draft.noise, rig.mains_frequency)):
+        colour = noise_colour(x - ripple.at(time), weight, stretches)
+    if colour is None or colour.deviation < least:
+        return draft
+    deviation = known_noise or colour.deviation
+    noise = deviation * math.sqrt(colour.count)
+    unit = "" if rig.unit == "1" else " m"
+    notes.append(
+        f"the noise is coloured: samples scatter by {deviation:.2g}{unit}, and neighbours are alike to "
+        f"{colour.share * colour.correlation:.2f}, so that {colour.count:.2g} samples count as one in all errors; creep or a "
+        "ripple smaller than that noise is not seen"
+    )
+    presmoothed = presmooth(time, x, weight, draft.oscillator, noise)
+    flanks = find_flanks(presmoothed, 0.0)
+    return replace(draft, noise=noise, presmoothed=presmoothed, flanks=flanks, together=colour.count)
+
+
 def _without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft, Shaken | None]:
     """The draft without a line that all its sticks share, and what was taken; as it is where there is none."""
     o = draft.oscillator
@@ -327,7 +369,9 @@ def _without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft,
 
 def _pieces(draft: Draft, sticks: list[Stick]) -> PiecewiseFit:
     o = draft.oscillator
-    return fit_pieces(draft.time, draft.extension, draft.weight, sticks, True, o, _knots(draft.presmoothed, o))
+    return fit_pieces(
+        draft.time, draft.extension, draft.weight, sticks, True, o, _knots(draft.presmoothed, o), draft.together
+    )
 
 
 def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick], float, str]:
@@ -338,7 +382,9 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
     else:
         soft = True
         sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
-        fit = fit_pieces(draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o))
+        fit = fit_pieces(
+            draft.time, draft.extension, draft.weight, sticks, False, o, _knots(presmoothed, o), draft.together
+        )
     friction = friction_force(fit, sticks)
     hidden = _hidden(draft)
     sticks = [
@@ -378,7 +424,7 @@ def _rigid_fit(draft: Draft) -> tuple[list[Stick], Any, bool]:
     for span in (max(8 * step, 0.06 * own_period(o)), 3 * step):
         model = SlipModel(time, path, weight, o, draft.noise, knots, cutoff)
         sticks, soft = refine_sticks(model, sticks, span, soft)
-        fit = fit_pieces(time, x, weight, sticks, True, o, knots)
+        fit = fit_pieces(time, x, weight, sticks, True, o, knots, draft.together)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)
         if not sticks or (soft and changed < 0.1):

@@ -65,8 +65,8 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
     Where no curve makes the record likelier than constant friction does, the releases of the slips are those of constant
     friction, and their errors those of the fit of it: they scatter about a fifth as much as the ends of the sticks. Where
     one does, they stay what they were, and `late` is the root mean square distance of the mean release from the one used,
-    times `UNEVEN`, beyond what the errors of the single releases leave in their mean. `UNEVEN` was chosen on 119 simulated
-    records with exponential falls; with it 13 of 16 fresh ones hold the mean release, with A as it is 0.6 of them.
+    times `UNEVEN`, beyond what the errors of the single releases leave in their mean. `UNEVEN` was chosen on simulated
+    records with exponential falls; of 16 with other seeds, 13 of the intervals then hold the mean release.
 
     Parameters
     ----------

@@ -47,6 +47,7 @@ class Draft:
     noise : standard deviation of the samples of x.
     presmoothed, flanks : a first smooth reading, and the stretches on which the spring is wound up.
     rigid : whether the mass rests while it sticks, to within the noise.
+    together : samples that count as one; `noise` is that of white noise of the same density.
     """
 
     time: Array
@@ -57,6 +58,7 @@ class Draft:
     presmoothed: Presmoothed
     flanks: Flanks
     rigid: bool
+    together: float = 1.0
 
     @property
     def step(self) -> float:

@@ -188,6 +188,15 @@ def _wander(presmoothed: Presmoothed) -> float:
     return presmoothed.noise * min(math.sqrt(2 * step * presmoothed.cutoff), 1.0)
 
 
+def rises_before(values: Array, least: float) -> list[tuple[int, int]]:
+    """First and last sample of each rise between two falls of at least that size.
+
+    >>> rises_before(np.array([0.0, 2.0, 1.9, 3.0, 1.0, 4.0, 0.0]), 0.5)
+    [(0, 3), (4, 5)]
+    """
+    return _walk(values, least)[0]
+
+
 def _walk(values: Array, least: float) -> tuple[list[tuple[int, int]], Array]:
     valleys, peaks = turning_points(values, least)
     if not peaks or not valleys:

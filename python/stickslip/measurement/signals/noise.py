@@ -240,8 +240,8 @@ def _strongest_near(rest: Array, time: Array, frequency: float) -> float:
     if not 0 < best < len(tried) - 1:
         return frequency
     low, middle, high = np.log(np.maximum(power[best - 1 : best + 2], 1e-300))
-    curvature = low + high - 2 * middle
-    return float(tried[best] + (0.5 * (low - high) / curvature if curvature < 0 else 0.0) * (tried[1] - tried[0]))
+    corner = low + high - 2 * middle
+    return float(tried[best] + (0.5 * (low - high) / corner if corner < 0 else 0.0) * (tried[1] - tried[0]))
 
 
 def line_excess(signal: Array, step: float, frequency: float) -> float:

@@ -54,6 +54,11 @@ class PiecewiseFit:
     kinds : (j,) "slip", "creep" or "rigid".
     oscillator : m, D, k, V.
     slip_knots, creep_knots : distance of knots in seconds.
+    together : samples that count as one, where neighbours have alike noise (:class:`~.coloured_noise.Colour`).
+
+    Attributes
+    ----------
+    noise : residual standard deviation times the square root of `together`, of white noise of the same density.
     """
 
     time: Array
@@ -64,6 +69,7 @@ class PiecewiseFit:
     oscillator: OscillatorConstants
     slip_knots: float
     creep_knots: float
+    together: float = 1.0
     coefficients: Array = field(init=False)
     noise: float = field(init=False)
 
@@ -236,7 +242,7 @@ class PiecewiseFit:
         self.factor = cholesky_banded(matrix, lower=True, check_finite=False)
         self.coefficients = cho_solve_banded((self.factor, True), right, check_finite=False)
         misfit = max(square - float(right @ self.coefficients), 0.0)
-        self.noise = math.sqrt(misfit / max(self.samples - self._diffuse(), 1))
+        self.noise = math.sqrt(self.together * misfit / max(self.samples - self._diffuse(), 1))
         return self
 
     def _diffuse(self) -> int:
@@ -251,7 +257,7 @@ class PiecewiseFit:
         factor = cholesky_banded(matrix, lower=True, check_finite=False)
         solution = cho_solve_banded((factor, True), right, check_finite=False)
         misfit = max(square - float(right @ solution), 1e-300)
-        free = self.samples - self._diffuse()
+        free = max(self.samples / (self.together if noise is None else 1.0) - self._diffuse(), 1.0)
         value = 2 * float(np.sum(np.log(factor[0])))
         for part, weight in self.weights(cutoff).items():
             value -= self.rank[part] * math.log(weight)
