@@ -145,7 +145,7 @@ def one_period(closed: Return, period: float) -> Orbit:
         start[0] = 0.0
         moving = _core.Orbit.resume(system.core, start, sequence.modes[0].copy(), period)
         return Orbit(system, moving)
-    followed = sequence.follow()
+    followed = sequence.follow(keep="nothing")
     states = np.vstack([sequence.start, followed.states])
     stuck, held, direction = sequence.stuck[:, 0], sequence.held[:, 0], np.sign(sequence.modes[:, 0]).astype(float)
     slope = np.where(held, np.inf, np.where(stuck, 0.0, states[:-1, 4]))
@@ -220,7 +220,7 @@ def find(
         marks = np.flatnonzero((np.array(kinds) == wanted) & (contacts == which))
     if len(marks) < 2:
         raise InputError(_NO_RETURNS)
-    followed = sequence.follow()
+    followed = sequence.follow(keep="nothing")
     states, width = followed.states, sequence.layout.width
     if settled and wanted is None and steady(system, states[marks[-len(marks) // 2 :]]):
         raise InputError(STEADY)
@@ -397,7 +397,7 @@ def _without_events(system: Any, start: tuple[Any, Any], periods: int) -> tuple[
             sequence, kinds, stop = EventSequence.of_run(system, force * periods, x, v)
             if kinds or stop != "t_end":
                 return None
-            followed = sequence.follow()
+            followed = sequence.follow(keep="last")
         except InputError:
             return None
         moves = np.concatenate([sequence.layout.x, sequence.layout.v])
