@@ -125,7 +125,7 @@ def _first_order(mass: Floats, stiffness: Floats, damping: Floats) -> Floats:
 
 
 def _exponents(mass: Floats, stiffness: Floats, damping: Floats) -> NDArray[np.complex128]:
-    """Its eigenvalues; of symmetric matrices whose modes the damping does not couple those of each mode, λ² + c λ + ω² = 0."""
+    """Its eigenvalues; where the damping couples no modes of symmetric matrices those of each, λ² + c λ + ω² = 0."""
     if (mass == mass.T).all() and (stiffness == stiffness.T).all():
         root = np.linalg.inv(np.linalg.cholesky(mass))
         squares, modes = np.linalg.eigh(root @ stiffness @ root.T)

@@ -182,7 +182,8 @@ def with_number(system: Any, path: str, value: float) -> Any:
 class Followed:
     """A sequence followed.
 
-    With w numbers a state, p ≥ 1 parameters and k of n derivatives kept the shapes are (n, w + flags), (k, w, w + p), (n,), (tests,), (tests, w + p).
+    With w numbers a state, p ≥ 1 parameters and k of n derivatives kept the shapes are (n, w + flags), (k, w, w + p), (n,),
+    (tests,), (tests, w + p).
     The columns of the test functions are ``boundary``, ``contact``, ``phase``, ``tau``, ``detail`` and ``value``.
     """
 
@@ -286,8 +287,9 @@ class EventSequence:
         """States, derivatives (the last columns with respect to the numbers at `paths`, zero without) and test functions.
 
         `keep` says which derivatives: after ``"all"`` phases or the ``"last"``, each by the start; of the ``"phases"``, each
-        alone; or ``"nothing"``, without test functions: those of one phase of 100 masses take 11 MB. `origin` is x and v of the run that begins at the start:
-        the line of friction on which a slip begins then moves with the numbers at `paths`; else the start is held.
+        alone; or ``"nothing"``, without test functions: those of one phase of 100 masses take 11 MB. `origin` is x and v of
+        the run that begins at the start: the line of friction on which a slip begins then moves with the numbers at `paths`;
+        else the start is held.
         """
         modes, endings, contacts, durations = (np.ascontiguousarray(self.phases[name].ravel()) for name in _COLUMNS)
         try:
@@ -308,7 +310,9 @@ class EventSequence:
         columns_of_one = width + max(1, len(paths))
         numbers = numbers.reshape(len(boundaries), 3 + columns_of_one)
         functions = _table(_TEST, boundaries, contacts, within, *numbers[:, :3].T)
-        return Followed(states.reshape(n, -1), rates.reshape(-1, width, columns_of_one), durations, functions, numbers[:, 3:])
+        return Followed(
+            states.reshape(n, -1), rates.reshape(-1, width, columns_of_one), durations, functions, numbers[:, 3:]
+        )
 
     def part(self, followed: Followed, first: int, last: int) -> EventSequence:
         """From the end of phase `first` to the end of phase `last`."""
