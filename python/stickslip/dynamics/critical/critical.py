@@ -184,9 +184,9 @@ def critical_velocities(
     progress : called as ``progress(what, done, n)`` through three stages: ``"runs"`` over the drive velocity, ``"cycles"`` of
         those runs that are followed, ``"confirmation"`` of what was found; within a stage it is called
         again with the same numbers before each run and each point of a cycle.
-    max_seconds : time on the clock > 0 after which the search ends, asked during runs, between points of a cycle and between
-        looks at steady slip, with a warning and with what it has confirmed by then (without ``"end_of_stick_slip"``, the greatest of several) and the
-        ``.brackets`` of what it has not; default none.
+    max_seconds : time on the clock > 0 after which the search ends, asked during runs, between points of a cycle and
+        between looks at steady slip, with a warning and with what it has confirmed by then (without
+        ``"end_of_stick_slip"``, the greatest of several) and the ``.brackets`` of what it has not; default none.
 
     Returns
     -------
