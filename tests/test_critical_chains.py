@@ -15,7 +15,7 @@ from stickslip.cli.main import main
 from stickslip.dynamics.critical import critical
 from stickslip.dynamics.critical.confirmation import Shown
 from stickslip.dynamics.periodic.derivatives import sensitivities
-from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
+from stickslip.dynamics.periodic.equilibria import hopf_points, stability, steady_slip
 from stickslip.errors import UnfinishedWarning
 from stickslip.simulation import time_limit
 
@@ -136,6 +136,32 @@ def test_a_search_over_a_chain_ends_after_max_seconds(monkeypatch):
     ((name, low, high),) = found.brackets
     assert name == "end_of_stick_slip"
     assert low < 0.440946284 < high < low + 0.02
+
+
+def test_the_look_at_steady_slip_ends_after_max_seconds_too(monkeypatch):
+    looks = []
+
+    def clock():
+        looks.append(None)
+        return 0.0 if len(looks) < 20 else 2.0
+
+    monkeypatch.setattr(time_limit.time, "time", clock)
+    with pytest.warns(UnfinishedWarning):
+        found = ss.critical_velocities(ss.chain(3, FALLING, 0.3, damping=0.05), (0.3, 1.5), max_seconds=1.0)
+    assert not found.finished
+    assert found.all == ()
+    assert len(looks) == 20
+
+
+@pytest.mark.parametrize("laws", [FALLING, [FALLING, STEEP, FALLING]])
+def test_stability_is_that_of_the_eigenvalues_with_their_modes(laws):
+    """Laws alike couple no modes, and each has its own two exponents; laws unlike do."""
+    for masses in (1.0, [1.0, 2.0, 0.5]):
+        chain = ss.chain(3, laws, 0.9, coupling=0.8, damping=0.05)
+        chain = replace(chain, mass=np.diag(np.ones(3) * masses).tolist())
+        damping, neutral = stability(chain)
+        assert damping == pytest.approx(steady_slip(chain).damping, abs=1e-14)
+        assert not neutral
 
 
 @pytest.mark.parametrize(

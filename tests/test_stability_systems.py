@@ -9,6 +9,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.dynamics.periodic import derivatives, exponents
+from stickslip.dynamics.periodic.event_sequence import EventSequence
 
 #: Steps of a fourth-order difference, and its weights.
 STEPS, WEIGHTS = (-2.0, -1.0, 1.0, 2.0), (1 / 12, -8 / 12, 8 / 12, -1 / 12)
@@ -193,3 +194,32 @@ def test_two_equal_blocks_are_neutral_and_unequal_ones_can_be_chaotic() -> None:
     assert chaotic.exponents[0] > 2 * chaotic.errors[0]
     regular = ss.lyapunov(two_blocks(2.25, 1.4), 50_000.0, x0=[0.3, 0.1])
     assert regular.exponents[1] < -1e-3
+
+
+def test_derivatives_that_are_not_kept_change_nothing() -> None:
+    """Of a hundred masses those of one phase take 11 MB: only what is read is kept."""
+    law = ss.laws.ExponentialStribeck(1.0, 0.5, 0.3)
+    for system in (
+        ss.chain(3, [law, ss.laws.StaticKinetic(1.3, 0.6), ss.laws.Coulomb(0.7)], 0.3, coupling=0.8),
+        ss.Oscillator(0.1, 0.3, law),
+    ):
+        sequence, kinds, _ = EventSequence.of_run(system, 30.0)
+        assert len(kinds) > 5
+        kept = {keep: sequence.follow(keep=keep) for keep in ("all", "last", "nothing")}
+        width = sequence.layout.width
+        assert [followed.rates.shape for followed in kept.values()] == [
+            (count, width, width + 1) for count in (len(sequence.phases), 1, 0)
+        ]
+        assert np.array_equal(kept["last"].rates[0], kept["all"].rates[-1])
+        for followed in kept.values():
+            np.testing.assert_allclose(followed.states, kept["all"].states, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.slow
+def test_a_hundred_masses_have_a_periodic_orbit() -> None:
+    """Without coupling that of each of them; the derivatives of its whole run would take more than 4 GiB."""
+    law = ss.laws.StaticKinetic(1.0, 0.6)
+    many = ss.periodic_orbit(ss.chain(100, law, 0.3, coupling=0.0, damping=0.05), t_end=40.0)
+    one = ss.periodic_orbit(ss.Oscillator(0.05, 0.3, law))
+    assert len(many.events) == 200
+    assert many.period == pytest.approx(one.period, rel=1e-12)

@@ -235,7 +235,7 @@ def follow(
     state: _Floats,
     phases: _Phases,
     last: _Modes,
-    reseed: bool,
+    keep: str,
     tests: bool,
     origin: tuple[list[float] | None, list[float] | None] | None,
 ) -> tuple[_Floats, _Floats, _Floats, _Tests]: ...

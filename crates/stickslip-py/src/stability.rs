@@ -14,7 +14,7 @@ use stickslip::event_sequence::{self as of_oscillator, EventSequence};
 use stickslip::law::End;
 use stickslip::network::{self, sequence as of_system};
 use stickslip::simulate::Run;
-use stickslip::variation::{self, ContactState, Ending, Flags, Layout, Phase, State, Varied};
+use stickslip::variation::{self, ContactState, Ending, Flags, Keep, Layout, Phase, State, Varied};
 
 use crate::system::System;
 use crate::watch::watched;
@@ -187,6 +187,7 @@ pub(crate) fn event_sequence_from<'py>(
 
 /// Follow an event sequence. Returns the states after the phases, their derivatives (numbers × (numbers + parameters, one at
 /// least) each), the durations, and the test functions: boundaries, contacts, phases; tau, detail, value and derivatives of each.
+/// `keep` says of which phases the derivatives are: "all", "last", "nothing", or of each alone, "phases".
 /// `origin` is x and v of a run that begins there, so that what its contacts do at the start moves with the numbers at `paths`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a thing")]
@@ -197,10 +198,16 @@ pub(crate) fn follow<'py>(
     state: PyReadonlyArray1<'py, f64>,
     phases: Phases<'py>,
     last: PyReadonlyArray1<'py, i8>,
-    reseed: bool,
+    keep: &str,
     tests: bool,
     origin: Option<Origin>,
 ) -> PyResult<Followed<'py>> {
+    let keep = match keep {
+        "phases" => Keep::Phases,
+        "last" => Keep::Last,
+        "nothing" => Keep::Nothing,
+        _ => Keep::All,
+    };
     let (masses, _) = system.masses()?;
     let mut varied = Varied::new(masses, system.document(), &paths).map_err(refused)?;
     if let Some((x0, v0)) = origin.filter(|_| !paths.is_empty()) {
@@ -235,7 +242,7 @@ pub(crate) fn follow<'py>(
         .collect::<PyResult<Vec<_>>>()?;
     let last = contact_states_of(layout, last.as_slice()?)?;
     let followed = watched(py, None, |go_on| {
-        variation::follow(&varied, &start, &phases, &last, reseed, tests, go_on)
+        variation::follow(&varied, &start, &phases, &last, keep, tests, go_on)
     })?;
     let states = followed.states.iter().flat_map(row_of).collect::<Vec<_>>();
     let lanes = varied.lanes();

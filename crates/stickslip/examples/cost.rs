@@ -188,7 +188,7 @@ fn followed(name: &str, oscillator: &Oscillator, rounds: u32) {
             &sequence.start,
             &sequence.phases,
             &last,
-            false,
+            variation::Keep::All,
             false,
             &mut || true,
         );

@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::network::{self, sequence as of_system};
 use crate::simulate::{Run, Stop};
 use crate::system::System;
-use crate::variation::{ContactState, Ending, Layout, Phase, State, Varied, follow};
+use crate::variation::{ContactState, Ending, Keep, Layout, Phase, State, Varied, follow};
 
 /// Natural periods of a part of the motion: each is run from the end of the one before, so that a chaotic motion and its
 /// derivative do not part.
@@ -105,7 +105,7 @@ pub fn largest(
         let last = phases[count.min(phases.len() - 1)].contact_states.clone();
         phases.truncate(count);
         short(phases, model.natural_period());
-        let followed = follow(&varied, start, phases, &last, true, false, go_on)?;
+        let followed = follow(&varied, start, phases, &last, Keep::Phases, false, go_on)?;
         for (rates, &duration) in followed
             .rates
             .chunks_exact(width * lanes)

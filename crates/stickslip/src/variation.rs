@@ -39,13 +39,26 @@ use crate::simulate::MOST_BYTES;
 pub struct Followed {
     /// The state after each phase.
     pub states: Vec<State>,
-    /// The derivatives of its numbers, phase after phase, row after row: by those of the start, and by the parameters (zero
-    /// where there is none).
+    /// The derivatives of its numbers that are kept, phase after phase, row after row: by those of the start, and by the
+    /// parameters (zero where there is none).
     pub rates: Vec<f64>,
     /// How long each phase took.
     pub durations: Vec<f64>,
     /// The test functions.
     pub tests: Vec<Test>,
+}
+
+/// Which derivatives of an event sequence are found and kept: one of a hundred masses takes 11 MB a phase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Those after each phase, by the start of the sequence.
+    All,
+    /// Those of each phase alone, by its own start; the start does not move with the parameters.
+    Phases,
+    /// Those after the last phase, by the start of the sequence.
+    Last,
+    /// None, and no test functions.
+    Nothing,
 }
 
 /// So near its end, over the fastest rate of the system, the derivatives of a motion are those at its end.
@@ -60,8 +73,7 @@ fn lost(index: usize, why: &str) -> Error {
     }
 }
 
-/// Follow an event sequence from `start`; `last` is what the contacts do after it. With `reseed` the derivatives begin anew with each
-/// phase, and the start does not move with the parameters.
+/// Follow an event sequence from `start`; `last` is what the contacts do after it.
 /// It ends early once `go_on` says no, asked before every phase.
 ///
 /// # Errors
@@ -71,20 +83,26 @@ pub fn follow(
     start: &State,
     phases: &[Phase],
     last: &[ContactState],
-    reseed: bool,
+    keep: Keep,
     tests: bool,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Followed, Error> {
     let course = Course::new(varied);
     let (width, lanes) = (course.layout.width(), varied.lanes());
-    if phases.len().saturating_mul(width * lanes * size_of::<f64>()) > MOST_BYTES.saturating_mul(4) {
+    let reseed = keep == Keep::Phases;
+    let kept = match keep {
+        Keep::All | Keep::Phases => phases.len(),
+        Keep::Last => 1,
+        Keep::Nothing => 0,
+    };
+    if kept.saturating_mul(width * lanes * size_of::<f64>()) > MOST_BYTES.saturating_mul(4) {
         return wrong(format!(
             "the derivatives of {} events of this system take more than 4 GiB: follow fewer at a time",
             phases.len()
         ));
     }
     let mut followed = Followed {
-        rates: Vec::with_capacity(phases.len() * width * lanes),
+        rates: Vec::with_capacity(kept * width * lanes),
         ..Followed::default()
     };
     let mut carried = None;
@@ -118,6 +136,7 @@ pub fn follow(
             && (rates[..course.layout.contact(0) * lanes].iter()).all(|rate| rate.abs() < TAKEN_THROUGH);
         let state = followed.states.last().unwrap_or(start);
         let seeded = match carried.take() {
+            _ if keep == Keep::Nothing => state.still(1),
             Some(carried) if through && !reseed => carried,
             _ if through => state.moving(course.all_lanes(), rates, lanes),
             _ => state.seeded(course.all_lanes()),
@@ -153,6 +172,11 @@ pub fn follow(
         {
             return Err(lost(index, "leaves the numbers"));
         }
+        if keep == Keep::Nothing {
+            followed.durations.push(tau);
+            followed.states.push(after.values());
+            continue;
+        }
         if tests {
             let first = followed.tests.len();
             course.boundaries(&end, &mut followed.tests);
@@ -174,7 +198,9 @@ pub fn follow(
             }
             rows = chained;
         }
-        followed.rates.extend_from_slice(&rows);
+        if keep != Keep::Last || index + 1 == phases.len() {
+            followed.rates.extend_from_slice(&rows);
+        }
         followed.durations.push(tau);
         followed.states.push(after.values());
         carried = through.then_some(after);

@@ -173,7 +173,7 @@ def _rotated(sequence: EventSequence, first: int) -> EventSequence:
     """The same period from the start of another phase on."""
     if first == 0:
         return sequence
-    states = sequence.follow().states
+    states = sequence.follow(keep="nothing").states
     start = states[first - 1].copy()
     phases = np.roll(sequence.phases, -first)
     return EventSequence(sequence.system, start, phases, phases["mode"][0].copy())

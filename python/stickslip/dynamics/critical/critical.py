@@ -17,7 +17,7 @@ from stickslip.dynamics.continuation.branches import born_branch, lies_on
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.critical.confirmation import Shown, drive_of, reach, shown, slowest_period, speed_scale
 from stickslip.dynamics.periodic.cycles import event_cycle
-from stickslip.dynamics.periodic.equilibria import criticality, steady_changes, steady_slip
+from stickslip.dynamics.periodic.equilibria import criticality, stability, steady_changes, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, with_number
 from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
 from stickslip.errors import InputError, UnfinishedWarning
@@ -184,9 +184,9 @@ def critical_velocities(
     progress : called as ``progress(what, done, n)`` through three stages: ``"runs"`` over the drive velocity, ``"cycles"`` of
         those runs that are followed, ``"confirmation"`` of what was found; within a stage it is called
         again with the same numbers before each run and each point of a cycle.
-    max_seconds : time on the clock > 0 after which the search ends, asked during runs and between points of a cycle, with a
-        warning and with what it has confirmed by then (without ``"end_of_stick_slip"``, the greatest of several) and the
-        ``.brackets`` of what it has not; default none.
+    max_seconds : time on the clock > 0 after which the search ends, asked during runs, between points of a cycle and
+        between looks at steady slip, with a warning and with what it has confirmed by then (without
+        ``"end_of_stick_slip"``, the greatest of several) and the ``.brackets`` of what it has not; default none.
 
     Returns
     -------
@@ -227,19 +227,22 @@ def critical_velocities(
         raise InputError(
             f"critical_velocities: bounds must be (low, high) with 0 < low < high, got ({low:g}, {high:g})"
         )
-    steady, neutral = steady_changes(system, _PATH, (low, high))
-    smooth = [value for kind, value in steady if kind == "hopf"]
-    natures = tuple((value, criticality(system, _PATH, value)) for value in smooth)
-    looked = (
-        [] if steady or neutral else [steady_slip(with_number(system, _PATH, v)) for v in np.linspace(low, high, 5)]
-    )
-    everywhere = bool(looked) and all(state is not None and state.growth > 0 for state in looked)
-    unstable = (low, high) if everywhere else None
     found: list[tuple[str, float]] = []
     points: list[SpecialPoint] = []
+    steady: list[tuple[str, float]] = []
+    neutral: list[tuple[float, float]] = []
+    natures: tuple[tuple[float, str], ...] = ()
+    unstable = None
     watch = _Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))
     sweeps: list[Sweep] = [(_from_rest(system, watch), []), (_beside(system, watch), [])]
     try:
+        steady, neutral = steady_changes(system, _PATH, (low, high), keep=watch.limit.keep)
+        for kind, value in steady:
+            if kind == "hopf":
+                watch.limit.keep()
+                natures += ((value, criticality(system, _PATH, value)),)
+        if not steady and not neutral and _grows_everywhere(system, low, high):
+            unstable = (low, high)
         ends = _search(system, (low, high), steady, neutral, watch, sweeps, found, points)
     except TimeIsUp:
         warnings.warn(
@@ -257,6 +260,11 @@ def critical_velocities(
     return CriticalVelocities(
         tuple(found), natures, tuple(points), tuple(neutral), brackets=_brackets(sweeps[0], found), unstable=unstable
     )
+
+
+def _grows_everywhere(system: Oscillator | System, low: float, high: float) -> bool:
+    """Whether small disturbances of steady slip grow, at five speeds of a range in which that does not change."""
+    return all(stability(with_number(system, _PATH, speed))[0] < 0 for speed in np.linspace(low, high, 5))
 
 
 def _checked(system: Oscillator | System) -> float:
@@ -422,7 +430,7 @@ def _from_orbit(system: Oscillator | System, watch: _Watch, special: SpecialPoin
     state, stuck = here.sequence.start, here.sequence.stuck[:, 0]
     captures = np.flatnonzero(stuck & ~np.roll(stuck, 1))
     if captures.size and captures[0] > 0:
-        state = here.sequence.follow().states[captures[0] - 1]
+        state = here.sequence.follow(keep="nothing").states[captures[0] - 1]
     layout = here.sequence.layout
     x: Any = state[layout.x]
     v: Any = state[layout.v]
@@ -443,9 +451,12 @@ def _brackets(sweep: Sweep, known: list[tuple[str, float]]) -> tuple[tuple[str, 
 def _look(system: Oscillator | System, low: float, high: float, watch: _Watch, sweeps: list[Sweep]) -> None:
     """Add what runs show over the speeds: from rest, beside steady slip that is unstable, and beyond where those end."""
     speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
-    states = [steady_slip(with_number(system, _PATH, speed)) for speed in speeds]
-    pairs = zip(speeds, states, strict=True)
-    unstable = [speed for speed, state in pairs if state is None or (state.growth > 0 and not state.neutral)]
+    unstable = []
+    for speed in speeds:
+        watch.limit.keep()
+        damping, neutral = stability(with_number(system, _PATH, speed))
+        if not (damping >= 0 or neutral):
+            unstable.append(speed)
     count = len(speeds) + len(unstable)
     for (run, looks), some in zip(sweeps, (speeds, unstable), strict=True):
         for speed in some:

@@ -131,7 +131,7 @@ def _same(one: PeriodicOrbit, other: PeriodicOrbit) -> bool:
     """Whether two orbits are one: the same positions at their events, whichever comes first."""
     if abs(one.period - other.period) > _SAME * one.period:
         return False
-    positions = [np.sort(cycle.closed.sequence.follow().states[:, 1]) for cycle in (one, other)]
+    positions = [np.sort(cycle.closed.sequence.follow(keep="nothing").states[:, 1]) for cycle in (one, other)]
     return len(positions[0]) == len(positions[1]) and bool(
         np.abs(positions[0] - positions[1]).max() < _SAME * max(np.abs(positions[0]).max(), 1e-300)
     )

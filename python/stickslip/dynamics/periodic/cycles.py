@@ -145,7 +145,7 @@ def one_period(closed: Return, period: float) -> Orbit:
         start[0] = 0.0
         moving = _core.Orbit.resume(system.core, start, sequence.modes[0].copy(), period)
         return Orbit(system, moving)
-    followed = sequence.follow()
+    followed = sequence.follow(keep="nothing")
     states = np.vstack([sequence.start, followed.states])
     stuck, held, direction = sequence.stuck[:, 0], sequence.held[:, 0], np.sign(sequence.modes[:, 0]).astype(float)
     slope = np.where(held, np.inf, np.where(stuck, 0.0, states[:-1, 4]))
@@ -220,7 +220,7 @@ def find(
         marks = np.flatnonzero((np.array(kinds) == wanted) & (contacts == which))
     if len(marks) < 2:
         raise InputError(_NO_RETURNS)
-    followed = sequence.follow()
+    followed = sequence.follow(keep="nothing")
     states, width = followed.states, sequence.layout.width
     if settled and wanted is None and steady(system, states[marks[-len(marks) // 2 :]]):
         raise InputError(STEADY)
@@ -306,6 +306,9 @@ def periodic_orbit(
     InputError
         where no return is near an earlier one, Newton's method does not converge, or what it converges to is not a motion
         of the system because the event sequence would be another.
+
+    Limits: the time grows with the cube of the number of masses; of 100 an orbit of 200 events takes half a minute of a
+    processor and 0.4 GiB.
 
     Source: shooting with saltation, Leine & Nijmeijer 2004 (LNACM 18), ch. 7; the orbit is exact, so is its derivative.
 
@@ -397,7 +400,7 @@ def _without_events(system: Any, start: tuple[Any, Any], periods: int) -> tuple[
             sequence, kinds, stop = EventSequence.of_run(system, force * periods, x, v)
             if kinds or stop != "t_end":
                 return None
-            followed = sequence.follow()
+            followed = sequence.follow(keep="last")
         except InputError:
             return None
         moves = np.concatenate([sequence.layout.x, sequence.layout.v])

@@ -54,7 +54,7 @@ def fundamental_matrix(orbit: Orbit, t: float | None = None) -> NDArray[np.float
         raise InputError(f"fundamental_matrix: t must lie in (0, {orbit.t_end:g}], got {end:g}: simulate longer")
     sequence, _, _ = _sequence(orbit, end)
     motion = np.concatenate([sequence.layout.x, sequence.layout.v])
-    return np.array(sequence.follow().rates[-1][np.ix_(motion, motion)], float)
+    return np.array(sequence.follow(keep="last").rates[-1][np.ix_(motion, motion)], float)
 
 
 def sensitivities(orbit: Orbit, parameters: Sequence[str]) -> xr.Dataset:

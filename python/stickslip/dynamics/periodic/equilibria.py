@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 #: The damping, in units of √(k m), that rounding leaves where there is none; the growth, in units of the fastest frequency,
 #: that the eigenvalues of several masses leave.
 _NEUTRAL, _NEUTRAL_MODE = 1e-12, 1e-11
+#: Modes that the damping couples by no more of it are not coupled: rounding leaves as much.
+_UNCOUPLED = 1e-14
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,57 @@ def steady_slip(system: Oscillator | System) -> SteadySlip | None:
 
 
 def _of_masses(system: System) -> SteadySlip | None:
-    """M ẍ + (D + Σ F_c′(s_c) b bᵀ) ẋ + K x = Σ F_c(s_c) b: the eigenvalues of small disturbances of steady slip."""
+    """The eigenvalues of small disturbances of steady slip, and the mode that grows the most."""
+    linear = _linearized(system)
+    if linear is None:
+        return None
+    mass, stiffness, damping, force = linear
+    n = len(mass)
+    exponents, modes = np.linalg.eig(_first_order(mass, stiffness, damping))
+    which = int(np.argmax(exponents.real))
+    velocities = modes[n:, which]
+    mode = modes[:, which] / velocities[np.argmax(np.abs(velocities))]
+    growth = float(exponents[which].real)
+    return SteadySlip(
+        x=np.linalg.solve(stiffness, force),
+        damping=-2 * growth,
+        growth=growth,
+        neutral=_neutral(exponents),
+        mode=mode[n:].real,
+        displacement=mode[:n].real,
+        frequency=abs(float(exponents[which].imag)),
+    )
+
+
+def _neutral(exponents: NDArray[np.complex128]) -> bool:
+    """Whether what rounding leaves of the greatest growth is nothing."""
+    return bool(abs(exponents.real.max()) < _NEUTRAL_MODE * np.abs(exponents).max())
+
+
+def _first_order(mass: Floats, stiffness: Floats, damping: Floats) -> Floats:
+    """The matrix A of (x, v)˙ = A (x, v)."""
+    n = len(mass)
+    matrix = np.zeros((2 * n, 2 * n))
+    matrix[:n, n:] = np.eye(n)
+    matrix[n:, :n], matrix[n:, n:] = -np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)
+    return matrix
+
+
+def _exponents(mass: Floats, stiffness: Floats, damping: Floats) -> NDArray[np.complex128]:
+    """Its eigenvalues; where the damping couples no modes of symmetric matrices those of each, λ² + c λ + ω² = 0."""
+    if (mass == mass.T).all() and (stiffness == stiffness.T).all():
+        root = np.linalg.inv(np.linalg.cholesky(mass))
+        squares, modes = np.linalg.eigh(root @ stiffness @ root.T)
+        modal = modes.T @ (root @ damping @ root.T) @ modes
+        own = np.diag(modal)
+        if np.abs(modal - np.diag(own)).max() <= _UNCOUPLED * np.abs(own).max():
+            split = np.sqrt(own * own / 4 - squares + 0j)
+            return np.concatenate([-own / 2 + split, -own / 2 - split])
+    return np.asarray(np.linalg.eigvals(_first_order(mass, stiffness, damping)), complex)
+
+
+def _linearized(system: System) -> tuple[Floats, Floats, Floats, Floats] | None:
+    """M, K, the damping and the force of M ẍ + (D + Σ F_c′(s_c) b bᵀ) ẋ + K x = Σ F_c(s_c) b beside steady slip."""
     if system.swings or system.springs:
         return None
     mass, stiffness, damping = (np.array(matrix) for matrix in (system.mass, system.stiffness, system.damping))
@@ -114,24 +166,19 @@ def _of_masses(system: System) -> SteadySlip | None:
         damping = damping + slopes[contact.law, drive] * np.outer(b, b)
     if np.linalg.matrix_rank(stiffness) < n:
         return None
-    matrix = np.zeros((2 * n, 2 * n))
-    matrix[:n, n:] = np.eye(n)
-    matrix[n:, :n], matrix[n:, n:] = -np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)
-    exponents, modes = np.linalg.eig(matrix)
-    which = int(np.argmax(exponents.real))
-    fastest = float(np.abs(exponents).max())
-    velocities = modes[n:, which]
-    mode = modes[:, which] / velocities[np.argmax(np.abs(velocities))]
-    growth = float(exponents[which].real)
-    return SteadySlip(
-        x=np.linalg.solve(stiffness, force),
-        damping=-2 * growth,
-        growth=growth,
-        neutral=abs(growth) < _NEUTRAL_MODE * fastest,
-        mode=mode[n:].real,
-        displacement=mode[:n].real,
-        frequency=abs(float(exponents[which].imag)),
-    )
+    return mass, stiffness, damping, force
+
+
+def stability(system: Oscillator | System) -> tuple[float, bool]:
+    """`damping` and `neutral` of :func:`steady_slip` without its modes; NaN where it is None."""
+    if isinstance(system, System):
+        linear = _linearized(system)
+        if linear is None:
+            return math.nan, False
+        exponents = _exponents(*linear[:3])
+        return -2 * float(exponents.real.max()), _neutral(exponents)
+    state = steady_slip(system)
+    return (math.nan, False) if state is None else (state.damping, state.neutral)
 
 
 def _damping(system: Oscillator, x: float, tau: float) -> float:
@@ -143,7 +190,7 @@ def _damping(system: Oscillator, x: float, tau: float) -> float:
     if kinds:
         # Rounding has set off an event at once: the line of friction it starts on says all the same.
         sequence = replace(sequence, phases=one_phase(sequence.modes[0], tau))
-    matrix = sequence.follow().rates[-1][1:3, 1:3]
+    matrix = sequence.follow(keep="last").rates[-1][1:3, 1:3]
     return -system.mass * math.log(max(float(np.linalg.det(matrix)), 1e-300)) / tau
 
 
@@ -162,9 +209,15 @@ def hopf_points(system: Oscillator | System, path: str, bounds: tuple[float, flo
 
 
 def steady_changes(
-    system: Oscillator | System, path: str, bounds: tuple[float, float], scan: int = 400
+    system: Oscillator | System,
+    path: str,
+    bounds: tuple[float, float],
+    scan: int = 400,
+    keep: Callable[[], Any] = lambda: None,
 ) -> tuple[list[tuple[str, float]], list[tuple[float, float]]]:
     """The Hopf points of steady slip (:func:`hopf_points`), and the ranges of the parameter in which it is neutral.
+
+    `keep` is called before each look at one value: what it raises ends the search.
 
     >>> from stickslip.laws import Coulomb
     >>> steady_changes(Oscillator(0.0, 1.0, Coulomb(0.5)), "/drive_velocity", (0.1, 2.0))
@@ -172,11 +225,12 @@ def steady_changes(
     """
 
     def damping(value: float, exact: bool = False) -> float:
+        keep()
         try:
-            state = steady_slip(with_number(system, path, value))
+            damping, neutral = stability(with_number(system, path, value))
         except InputError:
             return math.nan
-        return math.nan if state is None else 0.0 if state.neutral and not exact else state.damping
+        return 0.0 if neutral and not exact else damping
 
     values = np.linspace(*bounds, scan + 1)
     samples = np.array([damping(float(value)) for value in values])
@@ -248,13 +302,16 @@ def criticality(system: Oscillator | System, path: str, value: float) -> str:
     n = several.masses
     mass, stiffness, damping = (np.array(each) for each in (several.mass, several.stiffness, several.damping))
     terms: list[tuple[Floats, Floats, float, tuple[float, float, float]]] = []
+    known: dict[Any, tuple[float, float, float] | None] = {}
     for contact in several.contacts:
         b = np.zeros(n)
         b[contact.mass] = 1.0
         if contact.other is not None:
             b[contact.other] = -1.0
         pressed, drive = contact.normal_force or NormalForce(), float(contact.drive_velocity)
-        derivatives = _derivatives(contact.law, drive)
+        if (contact.law, drive) not in known:
+            known[contact.law, drive] = _derivatives(contact.law, drive)
+        derivatives = known[contact.law, drive]
         if derivatives is None:
             return "undetermined"
         slope = derivatives[0]
@@ -312,9 +369,7 @@ def _first_lyapunov(
     A contact is (b, ∂n/∂(x, ẋ), n, (F′, F″, F‴)), with n F(s − b·ẋ) along b.
     """
     n = len(mass)
-    matrix = np.block(
-        [[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)]]
-    )
+    matrix = _first_order(mass, stiffness, damping)
     exponents, modes = np.linalg.eig(matrix)
     scale = np.abs(exponents).max()
     neutral = np.flatnonzero((np.abs(exponents.real) < 1e-7 * scale) & (exponents.imag > 0))

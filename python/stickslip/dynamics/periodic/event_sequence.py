@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ STATE = ("t", "x", "v", *CONTACT)
 #: Test functions by their number in the core.
 BOUNDARIES = tuple(_core.BOUNDARIES)
 RELEASE, LOW, HIGH, FALLING, RISING, SECTION, TIME = range(len(_core.ENDINGS))
+#: Of which phases derivatives are kept.
+Keep = Literal["all", "phases", "last", "nothing"]
 #: What a contact does: it sticks, slips or holds its slip velocity; negative in the other direction.
 STICK, SLIP, HOLD = range(3)
 
@@ -180,7 +182,8 @@ def with_number(system: Any, path: str, value: float) -> Any:
 class Followed:
     """A sequence followed.
 
-    With w numbers a state and p ≥ 1 parameters the shapes are (n, w + flags), (n, w, w + p), (n,), (tests,), (tests, w + p).
+    With w numbers a state, p ≥ 1 parameters and k of n derivatives kept the shapes are (n, w + flags), (k, w, w + p), (n,),
+    (tests,), (tests, w + p).
     The columns of the test functions are ``boundary``, ``contact``, ``phase``, ``tau``, ``detail`` and ``value``.
     """
 
@@ -262,7 +265,7 @@ class EventSequence:
         self, phase: int, duration: float, followed: Followed | None = None, max_events: int = 100_000
     ) -> tuple[EventSequence, list[str], str]:
         """What the real motion does from the end of a phase on, for a duration."""
-        states = (followed or self.follow()).states
+        states = (followed or self.follow(keep="nothing")).states
         modes = self.modes[phase + 1] if phase + 1 < len(self.phases) else self.last
         start = EventSequence(self.system, states[phase], one_phase(modes, 1.0), modes)
         return start.continued(duration, max_events)
@@ -279,12 +282,14 @@ class EventSequence:
         return cls(system, start, phases, phases["mode"][-1].copy()), kinds, stop
 
     def follow(
-        self, *paths: str, reseed: bool = False, tests: bool = False, origin: tuple[Any, Any] | None = None
+        self, *paths: str, keep: Keep = "all", tests: bool = False, origin: tuple[Any, Any] | None = None
     ) -> Followed:
         """States, derivatives (the last columns with respect to the numbers at `paths`, zero without) and test functions.
 
-        With `reseed` the derivatives are those of each phase alone. `origin` is x and v of the run that begins at the start:
-        the line of friction on which a slip begins then moves with the numbers at `paths`; else the start is held.
+        `keep` says which derivatives: after ``"all"`` phases or the ``"last"``, each by the start; of the ``"phases"``, each
+        alone; or ``"nothing"``, without test functions: those of one phase of 100 masses take 11 MB. `origin` is x and v of
+        the run that begins at the start: the line of friction on which a slip begins then moves with the numbers at `paths`;
+        else the start is held.
         """
         modes, endings, contacts, durations = (np.ascontiguousarray(self.phases[name].ravel()) for name in _COLUMNS)
         try:
@@ -294,7 +299,7 @@ class EventSequence:
                 self.start,
                 (modes, endings, contacts, durations),
                 self.last,
-                reseed,
+                keep,
                 tests,
                 None if origin is None else (as_list(origin[0]), as_list(origin[1])),
             )
@@ -302,9 +307,12 @@ class EventSequence:
             raise InputError(f"event sequence: {error}") from None
         n, width = len(self.phases), self.layout.width
         boundaries, contacts, within, numbers = columns
-        numbers = numbers.reshape(len(boundaries), 3 + width + max(1, len(paths)))
+        columns_of_one = width + max(1, len(paths))
+        numbers = numbers.reshape(len(boundaries), 3 + columns_of_one)
         functions = _table(_TEST, boundaries, contacts, within, *numbers[:, :3].T)
-        return Followed(states.reshape(n, -1), rates.reshape(n, width, -1), durations, functions, numbers[:, 3:])
+        return Followed(
+            states.reshape(n, -1), rates.reshape(-1, width, columns_of_one), durations, functions, numbers[:, 3:]
+        )
 
     def part(self, followed: Followed, first: int, last: int) -> EventSequence:
         """From the end of phase `first` to the end of phase `last`."""

@@ -169,7 +169,7 @@ def _through_events(
     times: list[float] = []
     course: list[NDArray[np.float64]] = []
     for sequence in _blocks(system, end, x0, v0):
-        followed = sequence.follow(reseed=True)
+        followed = sequence.follow(keep="phases")
         for ending, rates, duration in zip(sequence.endings, followed.rates, followed.durations, strict=True):
             full = np.zeros_like(basis)
             full[coordinates] = rates[np.ix_(coordinates, coordinates)] @ basis[coordinates]
@@ -261,7 +261,7 @@ def _blocks(
         yield part
         if over:
             return
-        followed = part.follow()
+        followed = part.follow(keep="nothing")
         now += float(followed.durations.sum())
         sequence, kinds, stop = part.from_event(
             count - 1 if len(part.phases) == count else -1, min(length, end - now), followed, most

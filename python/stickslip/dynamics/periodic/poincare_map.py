@@ -99,7 +99,7 @@ def coordinates_of(system: Oscillator | System, start: Floats) -> NDArray[np.int
 def return_of(sequence: EventSequence, forcing_periods: int, path: str | None = None, *, tests: bool = False) -> Return:
     """Follow one period; `forcing_periods` periods of the forcing."""
     period = forcing_period(sequence.system)
-    followed = sequence.follow(*([] if path is None else [path]), tests=tests)
+    followed = sequence.follow(*([] if path is None else [path]), keep="last", tests=tests)
     coordinates = coordinates_of(sequence.system, sequence.start)
     end, rates = followed.states[-1], followed.rates[-1]
     # What nothing along the orbit reads or writes is no part of the map, and what it writes whatever the start was is known.
