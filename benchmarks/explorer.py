@@ -17,7 +17,7 @@ from stickslip.explorer import page
 
 #: Laws with lines, forced, smooth, and a row of masses.
 PRESETS = ("stick-slip", "almost-harmonic", "forced", "brake", "bow", "chain")
-MOVE = """(() => { const slider = document.querySelector('input[aria-label="belt speed s"]'); const times = [];
+MOVE = """(() => { const slider = document.querySelector('input[aria-label="drive velocity s"]'); const times = [];
   const calls = explorer.core.calls; const now = slider.valueAsNumber;
   for (let i = 0; i < MOVES; i++) { slider.value = now + i % 2; const begun = performance.now();
     slider.dispatchEvent(new Event('input')); explorer.redraw(); times.push(performance.now() - begun); }
@@ -26,12 +26,12 @@ SWEEP = """new Promise((done) => { const begun = performance.now();
   explorer.change([['system.damping', 1.001 * explorer.state.system.damping]]);
   const look = () => (explorer.swept[0] === 300 && !explorer.stale ? done(performance.now() - begun) : setTimeout(look, 1));
   requestAnimationFrame(() => requestAnimationFrame(look)); })"""
-# The belt speed moves every contact alike.
+# The drive velocity moves every contact alike.
 COLUMNS = """(() => { const [ask] = JSON.parse(explorer.sweeps.asked); explorer.diagram.values.forEach((value, i) =>
   explorer.core.ask(2, { ...ask, values: ask.names.map(() => value), go_on: i > 0, patience: 1000 })); })()"""
 # A slider is moved once in each of sixty frames while the diagrams are swept: the tasks of the page.
 BLOCKED = """new Promise((done) => { const tasks = [];
-  const slider = document.querySelector('input[aria-label="belt speed s"]');
+  const slider = document.querySelector('input[aria-label="drive velocity s"]');
   const frame = explorer.frame.bind(explorer); let count = 0; const now = slider.valueAsNumber;
   explorer.frame = (time) => { const begun = performance.now(); frame(time); tasks.push(performance.now() - begun); };
   const step = () => { slider.value = now + count % 5; slider.dispatchEvent(new Event('input'));
