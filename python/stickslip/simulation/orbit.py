@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.files.equality import alike
 from stickslip.files.netcdf import read_tree, write_netcdf
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System, system_from_dict
@@ -271,10 +272,7 @@ class Orbit(InNotebook):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Orbit) or type(self) is not type(other):
             return NotImplemented
-        if self.system != other.system or self._run() != other._run():
-            return False
-        ours, theirs = self._tables(), other._tables()
-        return all(np.array_equal(ours[name], theirs[name], equal_nan=True) for name in ours)
+        return self.system == other.system and self._run() == other._run() and alike(self._tables(), other._tables())
 
     def __hash__(self) -> int:
         return hash((self.t_end, self.stop, astuple(self.work)))
