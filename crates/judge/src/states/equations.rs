@@ -175,11 +175,32 @@ impl<'a> Equations<'a> {
     }
 
     /// d/dt of the variables, what is known of the moment, and, if asked for, the derivatives by the variables row by row.
-    pub fn rates(&self, time: Time, y: &[f64], mut derivatives: Option<&mut [f64]>) -> (Vec<f64>, Moment) {
+    pub fn rates(&self, time: Time, y: &[f64], derivatives: Option<&mut [f64]>) -> (Vec<f64>, Moment) {
+        self.rates_since(time[0], time, y, derivatives)
+    }
+
+    /// The same where bodies touch that touch at these variables at a time before: a rule that asks for the rates of variables
+    /// at a later time asks for a point off the motion, and which bodies touch there says nothing.
+    pub fn rates_since(
+        &self,
+        before: f64,
+        time: Time,
+        y: &[f64],
+        mut derivatives: Option<&mut [f64]>,
+    ) -> (Vec<f64>, Moment) {
         let problem = self.problem;
         let (n, width) = (problem.n, self.width);
         let drives: Vec<[f64; 2]> = (0..problem.contacts.len()).map(|c| self.drive(c, time)).collect();
         let [v, w] = self.speeds(&drives, y);
+        let earlier = if before == time[0] {
+            v.clone()
+        } else {
+            let drives: Vec<[f64; 2]> = (0..problem.contacts.len())
+                .map(|c| self.drive(c, [before, time[1]]))
+                .collect();
+            let [earlier, _] = self.speeds(&drives, y);
+            earlier
+        };
         // ∂v/∂q.
         let mut moved = self.back.clone();
         for (k, velocity) in self.velocities.iter().enumerate() {
@@ -232,28 +253,35 @@ impl<'a> Equations<'a> {
             let begin = self.begins[c];
             let states = contact.law.states();
             let [friction, first, second] = contact.law.rates(w[c], &y[begin..begin + states]);
-            let (mut normal, mut by) = (1.0, [0.0; 2]);
+            let (mut normal, mut by, mut sizes) = (1.0, [0.0; 2], 0.0);
             if let Some(varies) = &contact.normal {
-                let waves = varies
-                    .waves
-                    .iter()
-                    .map(|wave| wave.amplitude * wave.at([time[0], 0.0])[0]);
-                normal = varies.constant
-                    + waves.sum::<f64>()
-                    + varies.position * self.across(c, y)
-                    + varies.velocity * self.across(c, &v);
-                if normal > 0.0 {
+                let pressed = |t: f64, v: &[f64]| {
+                    let waves = (varies.waves.iter()).map(|wave| wave.amplitude * wave.at([t, 0.0])[0]);
+                    let moved = varies.position * self.across(c, y) + varies.velocity * self.across(c, v);
+                    varies.constant + waves.sum::<f64>() + moved
+                };
+                // Near zero a normal force has the rounding of its terms, and a velocity that of s and w.
+                let swing: f64 = varies.waves.iter().map(|wave| wave.amplitude.abs()).sum();
+                let ends = || [Some(contact.mass), contact.other].into_iter().flatten();
+                let far: f64 = ends().map(|i| y[i].abs()).sum();
+                let fast: f64 = ends().map(|i| v[i].abs()).sum::<f64>() + w[c].abs() + drives[c][0].abs();
+                sizes = varies.constant.abs()
+                    + swing
+                    + varies.position.abs() * far
+                    + varies.velocity.abs() * fast;
+                normal = 0.0;
+                if pressed(before, &earlier) > 0.0 {
+                    normal = pressed(time[0], &v);
                     by = [varies.position, varies.velocity];
                 }
-                normal = normal.max(0.0);
             }
             let slip = |k: usize| -self.across(c, &(0..n).map(|i| moved[i * n + k]).collect::<Vec<_>>());
             force.push(normal * friction.value);
             for (end, sign) in [(Some(contact.mass), 1.0), (contact.other, -1.0)] {
                 let Some(mass) = end else { continue };
                 load[mass] += sign * normal * friction.value;
-                let sizes = friction.slope[0] * w[c] + friction.slope[1] * y[begin];
-                blur[mass] += normal * (friction.value.abs() + sizes.abs());
+                let terms = friction.slope[0] * w[c] + friction.slope[1] * y[begin];
+                blur[mass] += normal * (friction.value.abs() + terms.abs()) + sizes * friction.value.abs();
                 let row = &mut loads[mass * width..(mass + 1) * width];
                 for k in 0..n {
                     row[n + k] += sign * (normal * friction.slope[0] - by[1] * friction.value) * slip(k);

@@ -61,8 +61,8 @@ impl<'a> March<'a> {
             };
             let mut now = y.to_vec();
             for index in 0..row + 2 {
-                let there = time + h * ((index + 1) as f64 / parts);
-                let (mut rates, _) = self.equations.rates([there, piece], &now, None);
+                let [here, there] = [index, index + 1].map(|part| time + h * (part as f64 / parts));
+                let (mut rates, _) = self.equations.rates_since(here, [there, piece], &now, None);
                 for rate in &mut rates {
                     *rate *= h / parts;
                 }

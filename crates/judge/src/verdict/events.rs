@@ -282,9 +282,16 @@ impl Judge<'_> {
         let [at, rate, slack, _] = sample.springs[s];
         let piece = self.pieces[s];
         let [low, high] = spring.ends(piece);
-        let up = (high - at).abs() < (at - low).abs();
+        let known = slack + rate.abs() * blur;
+        let [over, under] = [(high - at).abs(), (at - low).abs()];
+        // Where a piece is shorter than what is known of the displacement, the sense of the motion says which end it is.
+        let up = if over.max(under) <= known {
+            rate > 0.0
+        } else {
+            over < under
+        };
         let end = if up { high } else { low };
-        let tolerance = slack + rate.abs() * blur + ROUNDINGS * end.abs();
+        let tolerance = known + ROUNDINGS * end.abs();
         let (force, steep) = (-spring.force(piece, at), spring.steepness(piece, at));
         self.find(
             "displacement where a spring goes on to its next piece",
