@@ -89,6 +89,7 @@ format-check: .venv/.installed .tools/.rust
 
 lint: .venv/.installed .tools/.rust
 	cargo clippy --quiet --locked --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --quiet --locked --no-deps --package stickslip --package stickslip-lanes
 	$(BIN)/ruff check --quiet .
 
 types: .venv/.built

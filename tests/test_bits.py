@@ -24,7 +24,7 @@ PINNED = {
     "Regularised": "c761482c8e6c",
     "Coulomb": "0f600c78cec8",
     "StaticKinetic": "c2560cada25f",
-    "PiecewiseLinear": "947d26f62af7",
+    "PiecewiseLinear": "16cbeeb5046f",
     "PiecewisePolynomial": "b2367d6019c9",
     "DwellTime": "4d440cd23278",
     "Rational": "767d8bb9c895",

@@ -104,6 +104,22 @@ def test_events_are_those_of_the_package_to_the_bit(module, name):
     assert count > 50
 
 
+@pytest.mark.parametrize(
+    ("law", "damping", "t_end", "max_events"),
+    [
+        (ss.laws.PiecewiseLinear([(0, 1), (1, -1)], break_away=1.2), 0.05, 3000.0, 10**6),
+        (ss.laws.StaticKinetic(1.0, 0.5), 0.05, 500.0, 1),
+        (ss.laws.StaticKinetic(1.0, 0.5), 0.05, 500.0, 3),
+        (ss.laws.StaticKinetic(1.0, 0.5), 0.05, 2.0, 10**6),
+    ],
+)
+def test_the_regime_is_that_of_the_package_where_a_run_ends_early_too(module, law, damping, t_end, max_events):
+    system = ss.Oscillator(damping, 0.3, law)
+    question = {"t_end": t_end, "x0": [0.0], "v0": None, "max_events": max_events, "per_segment": 20, "samples": 0}
+    words, _ = module.ask(ORBIT, {"system": json.loads(system.to_json()), **question})
+    assert words["regime"] == ss.simulate(system, t_end, x0=0.0, max_events=max_events).regime()
+
+
 @pytest.mark.parametrize("name", [name for name in Law.ALL if name not in MOVING])
 def test_forces_of_laws_with_an_internal_state_are_those_of_the_package_to_the_bit(module, name):
     law = Law.ALL[name].example()

@@ -132,7 +132,6 @@ def test_every_law_has_rings_and_each_moves_what_it_is_of(opened):
             assert opened.run("JSON.stringify(explorer.state.system.law)") != before, (law, key)
             # The next one is moved from the law as it was.
             opened.run(f"explorer.change([['system.law', {before}]])")
-            opened.run(FRAME)
 
 
 def test_friction_of_rock_takes_a_second_state_and_another_evolution(opened):

@@ -49,9 +49,7 @@ function kindOf({ test, exponent }: Chaos): string {
 /** Add the sentence to an element; `chaos` is null while it is computed. */
 export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled: Steady | null, chaos: Chaos | null): void {
   const strong = (text: string, name = "") => host.append(Object.assign(document.createElement("b"), { textContent: text, className: name }));
-  // Of a run that ended before its time the motion is not known.
-  const cut = orbit.words.engine === "integrated" && orbit.words.stop !== "t_end";
-  const name = settled ? REGIMES[settled.regime]! : cut ? "not settled" : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
+  const name = settled ? REGIMES[settled.regime]! : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
   strong(name[0]!.toUpperCase() + name.slice(1), "regime");
   const forced = state.system["forcing"].length > 0;
   const { time, length, velocity, force } = state.units;

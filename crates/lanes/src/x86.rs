@@ -42,9 +42,9 @@ macro_rules! operators {
     };
 }
 
-/// What is told lane by lane goes through an array.
+/// What is read lane by lane goes through an array.
 macro_rules! by_lane {
-    ($width:literal, $load:ident, $store:ident) => {
+    ($width:literal, $store:ident) => {
         #[inline(always)]
         fn get(self, i: usize) -> f64 {
             let mut lanes = [0.0; $width];
@@ -54,10 +54,11 @@ macro_rules! by_lane {
 
         #[inline(always)]
         fn set(&mut self, i: usize, x: f64) {
-            let mut lanes = [0.0; $width];
-            safe!($store(lanes.as_mut_ptr(), self.0));
-            lanes[i] = x;
-            self.0 = safe!($load(lanes.as_ptr()));
+            assert!(i < $width, "a lane of the register");
+            // One number is written, not the whole register: many structures are written lane by lane.
+            let first = std::ptr::from_mut(&mut self.0).cast::<f64>();
+            // SAFETY: a register is so many numbers one after the other.
+            unsafe { *first.add(i) = x };
         }
     };
 }
@@ -133,7 +134,7 @@ impl Lane for Eight {
         Self(safe!(_mm512_set1_pd(x)))
     }
 
-    by_lane!(8, _mm512_loadu_pd, _mm512_storeu_pd);
+    by_lane!(8, _mm512_storeu_pd);
 
     #[inline(always)]
     fn abs(self) -> Self {
@@ -241,7 +242,7 @@ impl Lane for Four {
         Self(safe!(_mm256_set1_pd(x)))
     }
 
-    by_lane!(4, _mm256_loadu_pd, _mm256_storeu_pd);
+    by_lane!(4, _mm256_storeu_pd);
 
     #[inline(always)]
     fn abs(self) -> Self {

@@ -34,7 +34,7 @@ fn read<L: Checked + Clone + DeserializeOwned>(
 
 impl System {
     fn of(document: Value) -> PyResult<Self> {
-        let adhesion = if has_state(&document) {
+        let adhesion = if StateLaw::in_document(&document) {
             read::<StateLaw>(&document)?;
             None
         } else {
@@ -97,17 +97,4 @@ impl System {
     fn resonates(&self) -> bool {
         matches!(&self.adhesion, Some((_, Some(oscillator))) if oscillator.resonates())
     }
-}
-
-/// Whether the law of a document, or of the oscillator or system in it, has an internal state.
-pub(crate) fn has_state(document: &Value) -> bool {
-    let named = |law: &Value| {
-        law["type"]
-            .as_str()
-            .is_some_and(|name| StateLaw::NAMES.contains(&name))
-    };
-    let contacts = document["contacts"].as_array();
-    named(document)
-        || named(&document["law"])
-        || contacts.is_some_and(|contacts| contacts.iter().any(|contact| named(&contact["law"])))
 }

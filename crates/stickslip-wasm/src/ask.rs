@@ -37,13 +37,6 @@ pub(crate) fn sentence(error: impl ToString) -> String {
     error.to_string()
 }
 
-/// Whether the document of a law names one with an internal state.
-pub(crate) fn has_state(law: &Value) -> bool {
-    law["type"]
-        .as_str()
-        .is_some_and(|name| StateLaw::NAMES.contains(&name))
-}
-
 #[derive(Deserialize)]
 struct Curve {
     law: Value,
@@ -62,7 +55,7 @@ fn curve(desk: &mut Desk) -> Result<Value, String> {
     }
     let column = |index: usize| &desk.columns[index * rows..][..rows];
     let (t, w) = (column(0), column(1));
-    let state = has_state(&ask.law);
+    let state = StateLaw::in_document(&ask.law);
     if state {
         let law: StateLaw = document(ask.law)?;
         let mut start = vec![0.0; law.states()];
@@ -95,7 +88,7 @@ struct Surface {
 /// Break-away force, a row for each force rate, or one of each pair.
 fn surface(desk: &mut Desk) -> Result<Value, String> {
     let ask: Surface = read(&desk.question)?;
-    if has_state(&ask.law) {
+    if StateLaw::in_document(&ask.law) {
         return Err("a law with an internal state has no break-away force of its own: what adhesion bears depends on how it is loaded".into());
     }
     let law: Law = document(ask.law)?;

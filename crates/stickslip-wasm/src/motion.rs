@@ -11,11 +11,12 @@ use stickslip::network::{self, Run, branch_of};
 use stickslip::orbit;
 use stickslip::regime::Regime;
 use stickslip::simulate::{Run as OneRun, Stop, simulate_from};
+use stickslip::state_law::StateLaw;
 use stickslip::state_system::StateSystem;
 use stickslip::system::System;
 
 use crate::Desk;
-use crate::ask::{has_state, read, sentence};
+use crate::ask::{read, sentence};
 
 /// The error of a step of an integration: what a picture shows.
 pub(crate) const TOLERANCE: f64 = 1e-6;
@@ -50,15 +51,9 @@ pub(crate) fn numbers(memory: &Memory) -> Vec<f64> {
     memory.iter().map(|value| value.unwrap_or(f64::NAN)).collect()
 }
 
-/// Whether a document has a law with an internal state.
-pub(crate) fn is_integrated(system: &Value) -> bool {
-    let laws = system["contacts"].as_array();
-    has_state(&system["law"]) || laws.is_some_and(|all| all.iter().any(|one| has_state(&one["law"])))
-}
-
 /// What a document describes, but for what has no events.
 fn model(system: &Value) -> Result<Model, String> {
-    if is_integrated(system) {
+    if StateLaw::in_document(system) {
         return Err(
             "expected a law without an internal state, got one that is integrated: its motion has no derivative here"
                 .into(),
@@ -90,9 +85,9 @@ pub(crate) fn variables(
         })
 }
 
-/// A whole motion, in events or integrated.
+/// A whole motion: in events, with the natural period, or integrated.
 pub(crate) enum Orbit {
-    Events(model::Orbit),
+    Events(model::Orbit, f64),
     Integrated(Integration, Stop),
 }
 
@@ -101,7 +96,7 @@ impl Start {
     fn orbit(&mut self) -> Result<(Orbit, Vec<f64>), String> {
         let system = self.system.take();
         let memory = self.memory.as_ref().map(numbers);
-        if is_integrated(&system) {
+        if StateLaw::in_document(&system) {
             let system = state_system(&system)?;
             let starts = (self.x0.as_deref(), self.v0.as_deref());
             if let Some(values) = [starts.0, starts.1]
@@ -133,15 +128,16 @@ impl Start {
             max_events: self.max_events,
         };
         let model = model(&system)?;
+        let period = model.natural_period();
         if let Model::Closed(oscillator) = &model {
             let from = memory.as_deref().and_then(Restart::read);
             let (orbit, end) =
                 simulate_from(oscillator, OneRun::of_one(&run), from, || true).map_err(sentence)?;
             let end = end.map_or_else(Vec::new, |end| end.numbers().to_vec());
-            return Ok((Orbit::Events(model::Orbit::Closed(orbit)), end));
+            return Ok((Orbit::Events(model::Orbit::Closed(orbit), period), end));
         }
         let orbit = model.simulate(run, || true).map_err(sentence)?;
-        Ok((Orbit::Events(orbit), Vec::new()))
+        Ok((Orbit::Events(orbit, period), Vec::new()))
     }
 
     /// The start of a segment and as many times in it as its share of the orbit asks for.
@@ -280,8 +276,11 @@ impl Path {
         path
     }
 
-    /// The kind of motion of the first contact in the second half.
-    fn regime(&self) -> Regime {
+    /// The kind of motion of the first contact in the second half of a run that ended so, `enough` of it or not.
+    fn regime(&self, stop: Stop, enough: bool) -> Regime {
+        if let Some(regime) = Regime::of_stop(stop, enough) {
+            return regime;
+        }
         let last = self.t.last().copied().unwrap_or(0.0);
         let first = self.t.partition_point(|&t| t < 0.5 * last);
         let [w, _, mode] = &self.contacts[0];
@@ -315,19 +314,20 @@ pub(crate) fn orbit(desk: &mut Desk) -> Result<Value, String> {
     let (orbit, end) = ask.orbit()?;
     let out = &mut desk.numbers;
     let (path, engine, stop, t_last) = match &orbit {
-        Orbit::Events(model::Orbit::Closed(orbit)) => {
+        Orbit::Events(model::Orbit::Closed(orbit), _) => {
             (Path::exact(orbit, &ask), "exact", orbit.stop, orbit.t_last())
         }
-        Orbit::Events(model::Orbit::Steps(orbit)) => {
+        Orbit::Events(model::Orbit::Steps(orbit), _) => {
             (Path::taylor(orbit, &ask), "taylor", orbit.stop, orbit.t_last())
         }
         Orbit::Integrated(orbit, stop) => {
             (Path::integrated(orbit, &ask), "integrated", *stop, orbit.t_last())
         }
     };
+    let enough = matches!(&orbit, Orbit::Events(_, period) if t_last >= *period);
     path.lay(out);
     let mut count = 0;
-    if let Orbit::Events(orbit) = &orbit {
+    if let Orbit::Events(orbit, _) = &orbit {
         count = orbit.work().events;
         for event in orbit.events() {
             let contact = f64::from(event.contact);
@@ -342,7 +342,7 @@ pub(crate) fn orbit(desk: &mut Desk) -> Result<Value, String> {
     };
     let words = json!({
         "samples": path.t.len(), "masses": path.masses.len(), "contacts": path.contacts.len(),
-        "events": count, "engine": engine, "regime": path.regime().name(),
+        "events": count, "engine": engine, "regime": path.regime(stop, enough).name(),
         "stop": stop.name(), "sentence": sentence, "t_last": t_last, "end": end,
     });
     desk.orbit = Some(orbit);
@@ -368,7 +368,7 @@ pub(crate) fn states(desk: &mut Desk) -> Result<Value, String> {
         .as_ref()
         .ok_or("there is no orbit yet: simulate first")?;
     let orbit = match orbit {
-        Orbit::Events(orbit) => orbit,
+        Orbit::Events(orbit, _) => orbit,
         Orbit::Integrated(orbit, _) => {
             let motions: Vec<_> = times
                 .iter()

@@ -7,11 +7,12 @@ use stickslip::integration::Integration;
 use stickslip::model::Start;
 use stickslip::regime::Regime;
 use stickslip::rows::Rows;
+use stickslip::state_law::StateLaw;
 use stickslip::sweep::{Link, Look, Steady, Sweep, steady};
 
 use crate::Desk;
 use crate::ask::{read, sentence};
-use crate::motion::{Memory, TOLERANCE, is_integrated, numbers, state_system, variables};
+use crate::motion::{Memory, TOLERANCE, numbers, state_system, variables};
 
 /// Where a chain of motions has come to.
 #[derive(Default)]
@@ -73,7 +74,7 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
         v: ask.v0.into_iter().collect(),
         restart: memory.as_deref().and_then(Restart::read),
     };
-    let mut at = match (before, is_integrated(&sweep.rows.document)) {
+    let mut at = match (before, StateLaw::in_document(&sweep.rows.document)) {
         (Chain::New, true) => Chain::Integrated(memory.unwrap_or_default()),
         (Chain::New, false) => Chain::Events(Box::new(begin.clone()), None),
         (before, _) => before,

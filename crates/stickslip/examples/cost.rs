@@ -125,7 +125,10 @@ fn main() {
         );
     }
     if only.is_empty() || only == "P4" {
-        sweep(rounds.div_ceil(50));
+        sweep("P4", &static_kinetic(0.5).into(), rounds.div_ceil(50));
+    }
+    if only.is_empty() || only == "P4 of lines" {
+        sweep("P4 of lines", &stribeck().into(), rounds.div_ceil(50));
     }
     for (name, run) in [("batch", batch as fn(u32)), ("map", map)] {
         if only.is_empty() {
@@ -249,14 +252,14 @@ fn steps(name: &str, system: &System, t_end: f64, rounds: u32) {
     println!("{name:18}{time:10.1}{events:10}");
 }
 
-/// P3 over a thousand frequencies, 400 periods of each, on one thread: one after the other, and in lanes of every width.
-fn sweep(rounds: u32) {
+/// P3 under a law over a thousand frequencies, 400 periods of each, on one thread: one after the other, and in lanes of every
+/// width.
+fn sweep(name: &str, law: &Law, rounds: u32) {
     let runs: Vec<(Oscillator, Run)> = (0..1000)
         .map(|i| {
             let frequency = 0.2 + 1.8 * f64::from(i) / 999.0;
-            let law = StaticKinetic::new(1.0, 0.5);
             (
-                oscillator(law, 0.05, 0.3, Some((0.5, frequency))),
+                oscillator(law.clone(), 0.05, 0.3, Some((0.5, frequency))),
                 Run::stuck(400.0 * std::f64::consts::TAU / frequency),
             )
         })
@@ -269,7 +272,7 @@ fn sweep(rounds: u32) {
         });
         (events.sum(), 0)
     });
-    println!("{:18}{time:10.1}{events:10}", "P4");
+    println!("{name:18}{time:10.1}{events:10}");
     for width in Width::ALL.into_iter().filter(|width| width.available()) {
         let (time, events, handed) = best(rounds, || {
             let mut runners: Vec<Runner> = runs
@@ -279,7 +282,10 @@ fn sweep(rounds: u32) {
             let tally = forward(&mut runners, width, &mut || true, None);
             (tally.events, tally.handed)
         });
-        println!("{:18}{time:10.1}{events:10}{handed:14}", format!("P4 {width:?}"));
+        println!(
+            "{:18}{time:10.1}{events:10}{handed:14}",
+            format!("{name} {width:?}")
+        );
     }
 }
 

@@ -4,9 +4,9 @@
 
 use stickslip::error::Error;
 use stickslip::law::DwellTime;
+use stickslip::law::declaration::Parameters;
 use stickslip::mode::Kind;
 use stickslip::oscillator::Oscillator;
-use stickslip::parameters::Parameters;
 use stickslip::simulate::{Run, simulate};
 
 fn main() -> Result<(), Error> {

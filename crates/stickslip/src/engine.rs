@@ -2,6 +2,9 @@
 
 mod closed;
 mod crossings;
+pub mod event_sequence;
+pub mod hybrid_state;
+pub mod mode;
 mod samples;
 pub(crate) mod steps;
 

@@ -434,8 +434,8 @@ fn solve(matrix: &[f64], pivots: &[usize], right: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::Integration;
+    use crate::law::declaration::Parameters;
     use crate::oscillator::Oscillator;
-    use crate::parameters::Parameters;
     use crate::simulate::Stop;
     use crate::state_law::{Dahl, LuGre, RateState, StateLaw};
     use crate::state_system::StateSystem;

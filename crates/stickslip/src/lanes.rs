@@ -1,9 +1,9 @@
 //! Many oscillators in SIMD lanes: one motion in each lane of the registers of a processor, from mode to mode.
 //!
-//! A motion goes in a lane where adhesion has a constant limit, friction in slip is one line, at most one harmonic acts, the
-//! drive moves forward, and slip oscillates without growing ([`fits`]). Everything else, and every mode whose end the lanes
-//! cannot certify, is gone by the engine of single motions; both stand at the begin of a mode, so one goes on from where the
-//! other is. A lane asks nothing of its neighbours, and has the same bits in every [`Width`].
+//! A motion goes in a lane where adhesion has a constant limit, friction in slip is of lines that follow each other, at most one
+//! harmonic acts, and the drive moves forward ([`fits`]). Everything else, slip along lines that are very steep, and every mode
+//! whose end the lanes cannot certify, is gone by the engine of single motions; both stand at the begin of a mode, so one goes
+//! on from where the other is. A lane asks nothing of its neighbours, and has the same bits in every [`Width`].
 
 mod column;
 mod elementary;
@@ -21,7 +21,7 @@ use crate::model::Running;
 use crate::orbit::{Event, Record, Segment};
 use crate::oscillator::Oscillator;
 use crate::simulate::{Run, first_hybrid_state, next_event};
-use column::{Column, Constants, HALVINGS, State, Step};
+use column::{Column, Constants, HALVINGS, Line, State, Step, Track};
 
 /// A motion at the begin of a mode, and how far it goes.
 #[derive(Clone, Debug)]
@@ -275,7 +275,7 @@ impl Task for Going<'_, '_, '_> {
         };
         // Lanes that wait hold something sensible.
         let mut c = Column::<L>::splat(&constants.column);
-        let mut steps: [Step<L>; HALVINGS + 1] = constants.steps.each_ref().map(Step::splat);
+        let mut on = On::<L>::splat(constants.track(first.line));
         let mut state = State::<L>::splat(&first);
         let mut riders: Vec<Rider> = vec![None; L::WIDTH];
         riders[0] = Some((index, constants));
@@ -301,9 +301,7 @@ impl Task for Going<'_, '_, '_> {
                     alive.put(i, next.is_some());
                     if let Some((index, constants, first)) = next {
                         c.put(i, &constants.column);
-                        for (step, one) in steps.iter_mut().zip(&constants.steps) {
-                            step.put(i, one);
-                        }
+                        on.put(i, constants.track(first.line));
                         state.put(i, &first);
                         riders[i] = Some((index, constants));
                     }
@@ -326,11 +324,42 @@ impl Task for Going<'_, '_, '_> {
                 (state.end_periods - state.periods) * (c.period + c.period_low) + (state.end_t - state.t);
             let slips = !zero.below(state.stuck) & alive & !done & (state.events + one).below(state.most);
             if slips.any() {
-                let passed = arrive(&c, &steps, &mut state, left, slips);
+                let others = slips & (state.line.below(on.line.index) | on.line.index.below(state.line));
+                if others.any() {
+                    for i in (0..L::WIDTH).filter(|&i| others.at(i)) {
+                        if let Some((_, constants)) = &riders[i] {
+                            on.put(i, constants.track(state.line.get(i)));
+                        }
+                    }
+                }
+                let passed = arrive(&c, &on, &mut state, left, slips);
                 done = done | passed.up;
                 self.settle(&mut state, &mut done, &riders, passed.open);
                 self.tell(&riders, &state, &passed);
             }
+        }
+    }
+}
+
+/// The line of friction that each lane is on, and the steps along it.
+struct On<L> {
+    line: Line<L>,
+    steps: [Step<L>; HALVINGS + 1],
+}
+
+impl<L: Lane> On<L> {
+    fn splat(track: &Track) -> Self {
+        Self {
+            line: Line::splat(&track.line),
+            steps: track.steps.each_ref().map(Step::splat),
+        }
+    }
+
+    /// Write lane `i`.
+    fn put(&mut self, i: usize, track: &Track) {
+        self.line.put(i, &track.line);
+        for (step, one) in self.steps.iter_mut().zip(&track.steps) {
+            step.put(i, one);
         }
     }
 }
@@ -343,6 +372,8 @@ struct Passed<L: Lane> {
     up: L::Mask,
     /// Lanes whose mode ends as the engine of single motions will find.
     open: L::Mask,
+    /// Lanes that are on the next line now.
+    node: L::Mask,
     /// Friction at the event, the stick time and the force rate, of which there are some at a release only.
     event: [L; 3],
     /// Exact evaluations.
@@ -360,6 +391,7 @@ fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L
     state.direction = L::choose(go, release.direction, state.direction);
     let at_reversal = L::choose(c.static_limit.at_most(c.offset), one, zero);
     state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
+    state.line = L::choose(go, zero, state.line);
     state.stuck = L::choose(go, zero, state.stuck);
     state.events = L::choose(go, state.events + one, state.events);
     let rate = release.direction * (c.rise + c.force * c.frequency * state.sin);
@@ -367,6 +399,7 @@ fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L
         go,
         up,
         open: stuck & !release.end.found,
+        node: L::Mask::none(),
         event: [release.direction * c.static_limit, release.end.lasted, rate],
         evaluations: release.evaluations,
     }
@@ -374,32 +407,30 @@ fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L
 
 /// Slip in some lanes, until it ends or to a horizon.
 #[inline(always)]
-fn arrive<L: Lane>(
-    c: &Column<L>,
-    steps: &[Step<L>; HALVINGS + 1],
-    state: &mut State<L>,
-    horizon: L,
-    slips: L::Mask,
-) -> Passed<L> {
+fn arrive<L: Lane>(c: &Column<L>, on: &On<L>, state: &mut State<L>, horizon: L, slips: L::Mask) -> Passed<L> {
     let (zero, one, none) = (L::splat(0.0), L::splat(1.0), L::splat(f64::NAN));
-    let arrival = slip::arrival(c, steps, state, horizon, slips);
+    let arrival = slip::arrival(c, &on.line, &on.steps, state, horizon, slips);
     let up = slips & (arrival.lasts | (arrival.end.found & horizon.at_most(arrival.end.lasted)));
     let go = arrival.end.found & !up;
+    let node = go & zero.below(arrival.speed);
     let holding = c.stiffness * arrival.end.x + c.damper * c.drive - c.force * arrival.end.cos;
     let pull = (state.direction * holding).min(c.offset);
     let sticks = pull.abs().at_most(c.static_limit);
-    state.go_to(go, &arrival.end, c.drive);
-    let force = state.direction * c.offset;
+    state.go_to(go, &arrival.end, c.drive - state.direction * arrival.speed);
+    let force = state.direction * (on.line.offset + on.line.slope * arrival.speed);
     let backwards = L::choose(pull.below(zero), -state.direction, state.direction);
-    state.direction = L::choose(go & !sticks, backwards, state.direction);
-    let at_reversal = L::choose(pull.abs().at_most(c.offset), one, zero);
+    state.direction = L::choose(go & !sticks & !node, backwards, state.direction);
+    let at_reversal = L::choose(pull.abs().at_most(c.offset) & !node, one, zero);
     state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
-    state.stuck = L::choose(go & sticks, one, state.stuck);
+    let next = L::choose(arrival.high, state.line + one, state.line - one);
+    state.line = L::choose(node, next, state.line);
+    state.stuck = L::choose(go & sticks & !node, one, state.stuck);
     state.events = L::choose(go, state.events + one, state.events);
     Passed {
         go,
         up,
         open: slips & !arrival.end.found & !up,
+        node,
         event: [force, none, none],
         evaluations: arrival.evaluations,
     }
@@ -409,7 +440,7 @@ fn arrive<L: Lane>(
 pub(crate) struct Alone {
     constants: Constants,
     column: Column<Single>,
-    steps: [Step<Single>; HALVINGS + 1],
+    on: On<Single>,
     state: State<Single>,
     /// Whether the state is where the motion is.
     there: bool,
@@ -435,7 +466,7 @@ impl Alone {
         };
         Some(Box::new(Self {
             column: Column::splat(&constants.column),
-            steps: constants.steps.each_ref().map(Step::splat),
+            on: On::splat(constants.track(0.0)),
             state: State::splat(&constants.state((0.0, 0.0), &start, 0.0, 0)),
             there: false,
             constants,
@@ -460,7 +491,10 @@ impl Alone {
         let passed = if zero.below(state.stuck).any() {
             break_away(&self.column, state, horizon, all)
         } else {
-            arrive(&self.column, &self.steps, state, horizon, all)
+            if state.line.get(0) != self.on.line.index.get(0) {
+                self.on = On::splat(self.constants.track(state.line.get(0)));
+            }
+            arrive(&self.column, &self.on, state, horizon, all)
         };
         *evaluations += passed.evaluations;
         self.there = passed.go.any();
@@ -469,7 +503,7 @@ impl Alone {
         *at = self.constants.hybrid(&state);
         self.there.then(|| {
             let event = passed.event.map(|number| number.get(0));
-            self.constants.event(at.2.clock, at.0, state.stuck == 1.0, event)
+            Constants::event(at.2.clock, &state, event, passed.node.any())
         })
     }
 }
@@ -502,12 +536,11 @@ impl Going<'_, '_, '_> {
             let Some((index, constants)) = &riders[i] else {
                 continue;
             };
-            let clock = constants.clock(state.periods.get(i), state.t.get(i));
-            let [force, stick_time, force_rate] = passed.event;
-            let event = [force.get(i), stick_time.get(i), force_rate.get(i)];
-            let (x, sticks) = (state.x.get(i), state.stuck.get(i) == 1.0);
-            let segment = constants.segment(clock, x, sticks, state.direction.get(i));
-            on_event(*index, &constants.event(clock, x, sticks, event), &segment);
+            let event = passed.event.map(|number| number.get(i));
+            let state = state.take(i);
+            let clock = constants.clock(state.periods, state.t);
+            let event = Constants::event(clock, &state, event, passed.node.at(i));
+            on_event(*index, &event, &constants.segment(clock, &state));
         }
     }
 }

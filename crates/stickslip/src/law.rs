@@ -7,8 +7,10 @@
 mod asymmetric;
 mod bogacz_ryczek;
 mod combined;
+mod constant_or_nodes;
 mod coulomb;
 mod cubic;
+pub mod declaration;
 mod dwell_time;
 mod exponential_stribeck;
 mod force_rate;
@@ -20,7 +22,6 @@ mod popp_stelter;
 mod rational;
 mod static_friction;
 mod static_kinetic;
-mod table;
 mod tabulated;
 mod two_branch;
 
@@ -29,6 +30,7 @@ use serde::{Deserialize, Serialize};
 pub use asymmetric::Asymmetric;
 pub use bogacz_ryczek::{BRANCHES, BogaczRyczek, UpperTurn};
 pub use combined::Combined;
+pub use constant_or_nodes::Table;
 pub use coulomb::Coulomb;
 pub use cubic::Cubic;
 pub use dwell_time::DwellTime;
@@ -42,12 +44,11 @@ pub use popp_stelter::PoppStelter;
 pub use rational::Rational;
 pub use static_friction::StaticFriction;
 pub use static_kinetic::StaticKinetic;
-pub use table::Table;
 pub use tabulated::Tabulated;
 pub use two_branch::TwoBranch;
 
 use crate::error::{Error, wrong};
-use crate::parameters::{Facts, Kind, Limited, Limits, Value};
+use crate::law::declaration::{Facts, Kind, Limited, Limits, Value};
 use crate::series::{Grown, Series};
 
 /// A point (slip speed, friction force) of the characteristic.

@@ -2,63 +2,101 @@
 //!
 //! # Map
 //!
+//! ## What is simulated: `model/`
+//!
 //! | module | one sentence |
 //! |---|---|
-//! | [`lanes`] | many oscillators at once, one in each lane of the registers of a processor |
+//! | [`model`] | an oscillator or a system of masses, with the engine that its motion needs |
 //! | [`oscillator`] | one mass: mass, stiffness, damping, drive, law, forcing |
+//! | [`system`] | masses, matrices, contacts, drives |
 //! | [`drive`] | the drive velocity of a contact over time |
 //! | [`harmonic`] | a harmonic of the drive velocity or of a force |
-//! | [`clock`] | time that adds up without losing its last digit |
+//! | [`normal_force`] | the normal force of a contact that varies |
+//! | [`spring`] | springs that are not linear |
+//! | [`state_system`] | the right-hand side of masses under such laws |
+//!
+//! ## Friction: `law/`, `state_law/`
+//!
+//! | module | one sentence |
+//! |---|---|
 //! | [`law`] | friction laws: two questions, one file a law |
-//! | [`parameters`] | what is known of the parameters of a law: limits, dimensions, an example |
-//! | [`mode`] | the automaton: stick, slip, and what follows an event |
+//! | [`law::declaration`] | what is known of the parameters of a law: limits, dimensions, an example |
+//! | [`state_law`] | friction laws with an internal state, one file a law |
+//! | [`replay`] | a law along a measured motion |
+//!
+//! ## Motion between events, and the next event
+//!
+//! | module | one sentence |
+//! |---|---|
 //! | [`flow`] | motion between events: closed form, Taylor series, enclosures |
 //! | [`event`] | the certified next event |
+//! | [`integration`] | the motion under such laws, by the steps of a Rosenbrock method |
+//!
+//! ## Runs: `simulate/`, `network/`, `engine/`
+//!
+//! | module | one sentence |
+//! |---|---|
 //! | [`simulate`] | the loop, and why it stopped |
-//! | [`hybrid_state`] | from what a motion goes on: mode and memory |
-//! | [`orbit`] | what a run returns, evaluable at any time |
-//! | [`model`] | an oscillator or a system of masses, with the engine that its motion needs |
+//! | [`watch`] | whether a run goes on, asked within every loop whose length nobody knows |
+//! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
 //! | [`engine`] | a motion that is followed further and further: closed form, Taylor steps, samples, a kept orbit |
+//! | [`mode`] | the automaton: stick, slip, and what follows an event |
+//! | [`hybrid_state`] | from what a motion goes on: mode and memory |
+//! | [`event_sequence`] | the event sequence of a run, to be followed |
+//! | [`orbit`] | what a run returns, evaluable at any time |
+//!
+//! ## What a run is asked for: `observer/`
+//!
+//! | module | one sentence |
+//! |---|---|
 //! | [`observer`] | what a run is asked for while it runs: write one, and it works for every engine |
-//! | [`rows`] | many runs of one document, a row of values for each |
-//! | [`batch`] | many runs over parameters and starts, on all cores |
 //! | [`section`] | the states in which a motion meets a surface |
 //! | [`regime`] | the kind of a steady motion, in one word |
-//! | [`sweep`] | steady motions over parameters and starts: regime, period, extremes, points |
-//! | [`event_sequence`] | the event sequence of a run, to be followed |
-//! | [`variation`] | derivatives of a motion through its events; test functions of sliding bifurcations |
-//! | [`dual`] | numbers that carry their derivatives |
-//! | [`watch`] | whether a run goes on, asked within every loop whose length nobody knows |
-//! | [`lyapunov`] | the largest Lyapunov exponent of a motion |
 //! | [`zero_one`] | the 0–1 test for chaos |
-//! | [`replay`] | a law along a measured motion |
+//! | [`lyapunov`] | the largest Lyapunov exponent of a motion |
+//!
+//! ## Many runs: `ensemble/`
+//!
+//! | module | one sentence |
+//! |---|---|
+//! | [`ensemble`] | many runs of one document |
+//! | [`rows`] | many runs of one document, a row of values for each |
+//! | [`batch`] | many runs over parameters and starts, on all cores |
+//! | [`sweep`] | steady motions over parameters and starts: regime, period, extremes, points |
+//! | [`lanes`] | many oscillators at once, one in each lane of the registers of a processor |
+//!
+//! ## Derivatives and measured motions
+//!
+//! | module | one sentence |
+//! |---|---|
+//! | [`variation`] | derivatives of a motion through its events; test functions of sliding bifurcations |
 //! | [`displacement_error`] | the motion nearest to a measured one that obeys a law |
-//! | [`system`] | masses, matrices, contacts, drives |
-//! | [`spring`] | springs that are not linear |
-//! | [`normal_force`] | the normal force of a contact that varies |
-//! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
+//!
+//! ## Numbers: `arithmetic/`
+//!
+//! | module | one sentence |
+//! |---|---|
+//! | [`arithmetic`] | numbers that the rest is computed with |
+//! | [`clock`] | time that adds up without losing its last digit |
+//! | [`dual`] | numbers that carry their derivatives |
 //! | [`series`] | Taylor coefficients, their recursions, the certified first root |
-//! | [`state_law`] | friction laws with an internal state, one file a law |
-//! | [`integration`] | the motion under such laws, by the steps of a Rosenbrock method |
-//! | [`state_system`] | the right-hand side of masses under such laws |
 //! | [`elementary`] | exponential, logarithm, sine and their kin with the same bits on every machine |
+//!
+//! ## Errors
+//!
+//! | module | one sentence |
+//! |---|---|
 //! | [`error`] | everything a user can get wrong, one sentence each |
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-pub mod batch;
-pub mod clock;
+pub mod arithmetic;
 pub mod displacement_error;
-pub mod drive;
-pub mod dual;
-pub mod elementary;
 pub mod engine;
+pub mod ensemble;
 pub mod error;
 pub mod event;
-pub mod event_sequence;
 pub mod flow;
-pub mod harmonic;
-pub mod hybrid_state;
 pub mod integration;
 #[expect(
     clippy::inline_always,
@@ -66,28 +104,21 @@ pub mod integration;
 )]
 pub mod lanes;
 pub mod law;
-pub mod lyapunov;
-mod matrix;
-pub mod mode;
 pub mod model;
 mod named;
 pub mod network;
-pub mod normal_force;
 pub mod observer;
 pub mod orbit;
-pub mod oscillator;
-pub mod parameters;
-pub mod regime;
 pub mod replay;
-pub mod rows;
-pub mod section;
-pub mod series;
 pub mod simulate;
-pub mod spring;
 pub mod state_law;
-pub mod state_system;
-pub mod sweep;
-pub mod system;
 pub mod variation;
-pub mod watch;
-pub mod zero_one;
+
+pub use arithmetic::{clock, dual, elementary, series};
+pub use engine::{event_sequence, hybrid_state, mode};
+pub use ensemble::{batch, rows, sweep};
+pub use model::{drive, harmonic, normal_force, oscillator, spring, state_system, system};
+pub use observer::{lyapunov, regime, section, zero_one};
+pub use simulate::watch;
+
+pub(crate) use arithmetic::matrix;

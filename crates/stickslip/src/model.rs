@@ -1,5 +1,13 @@
 //! What a document describes, with the engine that its motion needs.
 
+pub mod drive;
+pub mod harmonic;
+pub mod normal_force;
+pub mod oscillator;
+pub mod spring;
+pub mod state_system;
+pub mod system;
+
 use std::f64::consts::TAU;
 
 use serde_json::Value;

@@ -29,6 +29,11 @@
 //! assert_eq!(stuck.0, 2.0);
 //! ```
 
+pub mod lyapunov;
+pub mod regime;
+pub mod section;
+pub mod zero_one;
+
 use crate::clock::Clock;
 use crate::orbit::Event;
 use crate::section::{Cut, Point};

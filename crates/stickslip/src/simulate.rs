@@ -1,6 +1,7 @@
 //! Runs of one mass in closed form: from where, how long, and why they ended.
 
 mod closed_loop;
+pub mod watch;
 
 use crate::clock::Clock;
 use crate::error::{Error, finite, positive, wrong};

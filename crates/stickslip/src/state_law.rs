@@ -12,6 +12,7 @@ mod rate_state;
 mod regularised;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 pub use bouc_wen::BoucWen;
 pub use dahl::Dahl;
@@ -22,7 +23,29 @@ pub use regularised::{Regularised, Shape};
 
 use crate::error::{Error, wrong};
 use crate::law::Checked;
-use crate::parameters::{Facts, Limited};
+use crate::law::declaration::{Facts, Limited};
+
+impl StateLaw {
+    /// Whether the law of a document, or of the oscillator or system in it, has an internal state.
+    ///
+    /// ```
+    /// use serde_json::json;
+    /// use stickslip::state_law::StateLaw;
+    /// assert!(StateLaw::in_document(&json!({ "contacts": [{ "law": { "type": "Dahl" } }] })));
+    /// assert!(!StateLaw::in_document(&json!({ "law": { "type": "Coulomb" } })));
+    /// ```
+    pub fn in_document(document: &Value) -> bool {
+        let named = |law: &Value| {
+            law["type"]
+                .as_str()
+                .is_some_and(|name| Self::NAMES.contains(&name))
+        };
+        let contacts = document["contacts"].as_array();
+        named(document)
+            || named(&document["law"])
+            || contacts.is_some_and(|contacts| contacts.iter().any(|contact| named(&contact["law"])))
+    }
+}
 
 impl Checked for StateLaw {
     fn check(&self) -> Result<(), Error> {

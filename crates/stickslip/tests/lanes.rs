@@ -4,7 +4,7 @@ use serde_json::json;
 use stickslip::batch::Batch;
 use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{OnEvent, Runner, Width, fits, forward};
-use stickslip::law::{Coulomb, Law, PiecewiseLinear, StaticKinetic};
+use stickslip::law::{BogaczRyczek, Coulomb, Law, PiecewiseLinear, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::model::Start;
 use stickslip::orbit::{Event, Record, Segment};
@@ -20,13 +20,26 @@ use dice::Dice;
 /// An oscillator of the kind that goes in lanes, and a start.
 fn draw(dice: &mut Dice) -> (Oscillator, Run) {
     let kinetic = dice.between(0.1, 1.0);
-    let law: Law = match dice.below(3) {
+    let law: Law = match dice.below(4) {
         0 => Coulomb::new(kinetic).into(),
         1 => PiecewiseLinear::new(
             vec![[0.0, kinetic], [1.0, kinetic + dice.between(-0.04, 0.3)]],
             kinetic + dice.between(0.0, 1.0),
         )
         .into(),
+        2 => {
+            // Falling, steep or not, then level, then rising: slip grows and decays, and may not oscillate.
+            let (fall, rise) = (dice.between(0.1, 0.9) * kinetic, dice.between(0.0, 2.0));
+            let (first, second) = (dice.between(0.1, 0.8), dice.between(0.1, 0.8));
+            let low = kinetic - fall;
+            let nodes = vec![
+                [0.0, kinetic],
+                [first, low],
+                [first + second, low],
+                [first + second + 1.0, low + rise],
+            ];
+            PiecewiseLinear::new(nodes, kinetic + dice.between(0.0, 1.0)).into()
+        }
         _ => StaticKinetic::new(kinetic + dice.between(0.0, 1.0), kinetic).into(),
     };
     let forced = dice.below(4) > 0;
@@ -194,7 +207,7 @@ fn usual(counts: [u64; 4]) {
     let [count, total, handed, ill] = counts;
     let seen = format!("{total} events, {handed} handed over, {ill} of {count} ill-conditioned");
     assert!(
-        total > 10 * count && handed < total / 500 && ill * 20 < count,
+        total > 10 * count && handed < total / 100 && ill * 20 < count,
         "{seen}"
     );
     println!("{seen}");
@@ -252,11 +265,42 @@ fn a_long_last_step_keeps_the_position() {
 fn others_stay() {
     let mut dice = Dice(7);
     let (mut oscillator, run) = draw(&mut dice);
-    oscillator.damping = 10.0;
+    oscillator.damping = 100.0;
     assert!(!fits(&oscillator));
     let mut runners = [Runner::new(&oscillator, run, None)];
     let tally = forward(&mut runners, Width::widest(), &mut || true, None);
     assert_eq!((tally.lanes, tally.others, runners[0].events), (0, 1, 0));
+}
+
+/// Slip along a line that is too steep for a lane is gone by the engine of single motions, the rest in a lane; a law that remembers
+/// goes in none.
+#[test]
+fn steep_lines_are_left_and_memory_stays() {
+    let law = PiecewiseLinear::new(vec![[0.0, 1.0], [0.02, 0.6], [0.4, 0.55], [0.9, 1.2]], 1.0);
+    let oscillator = Oscillator {
+        forcing: vec![Harmonic::new(0.5, 0.7, 0.3)],
+        ..Oscillator::new(0.05, 0.3, law)
+    };
+    let run = Run::stuck(200.0);
+    let (_, events, handed) = all_forward(&[(oscillator.clone(), run)], Width::widest());
+    let single = simulate(&halved(&oscillator), run).unwrap().events;
+    let count = events[0].len();
+    assert!(apart(&events[0], &single[..count]) < 1e-9);
+    assert!(
+        count > 100 && handed > 10 && 2 * handed < count as u64,
+        "{handed} of {count}"
+    );
+    let remembers = Oscillator {
+        law: BogaczRyczek::default().into(),
+        ..oscillator
+    };
+    assert!(!fits(&remembers));
+}
+
+/// Among these a mode is handed over shortly before the end of a run: both count the time that is left from the same clock.
+#[test]
+fn the_end_of_a_run_has_the_same_bits() {
+    usual(compare(1000, 1391));
 }
 
 /// A run of a batch has the same bits alone and among others, whatever the width that their number asks for; and it is the run
@@ -313,9 +357,16 @@ fn batches_do_not_depend_on_neighbours() {
 /// are kept.
 #[test]
 fn a_window_shows_what_a_single_run_shows() {
+    window_of(&json!({"type": "StaticKinetic", "break_away": 1.0, "kinetic": 0.5}));
+    window_of(
+        &json!({"type": "PiecewiseLinear", "break_away": 1.0, "nodes": [[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]]}),
+    );
+}
+
+fn window_of(law: &serde_json::Value) {
     let document = json!({
         "mass": 1.0, "stiffness": 1.0, "damping": 0.05, "drive_velocity": 0.3,
-        "law": {"type": "StaticKinetic", "break_away": 1.0, "kinetic": 0.5},
+        "law": law,
         "forcing": [{"amplitude": 0.5, "frequency": 0.7, "phase": 0.3}],
     });
     let points = (0..40).flat_map(|i| [0.04 * f64::from(i), 0.3 + 0.17 * f64::from(i % 12)]);

@@ -10,8 +10,8 @@ from typing import Any
 
 from stickslip.files.schema import Document, docstring_words
 from stickslip.laws import Law
-from stickslip.laws.bogacz_ryczek import StaticFriction
 from stickslip.laws.state_law import StateLaw
+from stickslip.laws.static_friction import StaticFriction
 from stickslip.model.system import Oscillator
 
 #: A symbol at the start of a description, or before a relation or a comma: f_s, Δ∞, σ₀, γ, z∞.

@@ -9,7 +9,7 @@ use crate::elementary::{PI, exp, sin_cos, whole_turns_less};
 use crate::event::Start;
 use crate::harmonic::Harmonic;
 use crate::hybrid_state::HybridState;
-use crate::law::{Friction, Hold, Memory, Piece};
+use crate::law::{End as Ending, Friction, Hold, Law, Memory, Piece};
 use crate::mode::{Kind, Mode};
 use crate::orbit::{Event, Segment};
 use crate::oscillator::Oscillator;
@@ -50,22 +50,14 @@ macro_rules! lanes {
 }
 
 lanes! {
-    /// What stays the same along a motion: of an oscillator whose friction in slip is one line, `offset` + `slope` · u.
+    /// What stays the same along a motion.
     Column {
-        /// s, k, and D with the slope of the law.
-        drive, stiffness, damping,
-        /// D alone.
-        damper,
+        /// s, k, D, 1/k and k/m.
+        drive, stiffness, damper, per_stiffness, natural_squared,
         /// The static limit, and the friction slip starts with.
         static_limit, offset,
-        /// The rest of x but for the sign of friction, that of friction, and 1/k.
-        rest, lag, per_stiffness,
-        /// Of the free part: γ, 2γ, k/m, ω, 1/ω, (k/m)³ and (k/m)³/ω.
-        gamma, twice_gamma, natural_squared, omega, per_omega, cube, cube_per_omega,
-        /// Of the force: amplitude A, frequency Ω, 1/Ω, Ω², and its response in phase and behind.
-        force, frequency, per_frequency, frequency_squared, within, behind,
-        /// The amplitude of the response as a velocity, and a bound of its sixth derivative.
-        swing, sixth,
+        /// Of the force: amplitude A, frequency Ω, 1/Ω and Ω².
+        force, frequency, per_frequency, frequency_squared,
         /// 2π/Ω in two parts, of which small multiples of the first are exact.
         period, period_low,
         /// ks, its rate a radian of the force, and their reciprocals.
@@ -80,8 +72,31 @@ lanes! {
 }
 
 lanes! {
+    /// What stays the same in slip along one line of friction, `offset` + `slope` · u for `low` ≤ u ≤ `high`.
+    Line {
+        /// Its number, and 1 where it is left to the engine of single motions, else 0.
+        index, left,
+        offset, slope, low,
+        /// `high` − `low`, which may be infinite.
+        reach,
+        /// The rest of x but for the sign of friction, and that of friction.
+        rest, lag,
+        /// Of the free part: γ, 2γ, ω and 1/ω; its slower and its faster rate of decay, where it does not oscillate; else γ and 0.
+        gamma, twice_gamma, omega, per_omega, slow, fast,
+        /// Sixth power of its larger exponent, and that over ω.
+        power, power_per_omega,
+        /// The response to the force, in phase and behind, its amplitude as a velocity, and a bound of its sixth derivative.
+        within, behind, swing, sixth,
+    }
+}
+
+lanes! {
     /// How a motion advances over one distance between samples: the free part by a 2 × 2 matrix, the harmonic by a rotation.
-    Step { f11, f12, f21, f22, cos, sin_over, sin_times, h, slack }
+    Step {
+        f11, f12, f21, f22, cos, sin_over, sin_times, h, slack,
+        /// By how much the free part may grow.
+        growth,
+    }
 }
 
 lanes! {
@@ -92,6 +107,8 @@ lanes! {
         periods, t, cos, sin,
         /// 1 in adhesion, else 0; the sign of w; whether slip starts without slope (1) or not (0).
         stuck, direction, at_reversal,
+        /// The number of the line, where it slips.
+        line,
         /// Events so far.
         events,
         /// Where to stop, in periods and time.
@@ -108,12 +125,25 @@ const REACH: f64 = 1.5;
 /// Numbers beyond these, or below one over them, are left to the other engine: sixth powers must not leave the numbers.
 const MODERATE: f64 = 1e20;
 
-/// Constants of a column, and its steps from the longest to the shortest.
+/// An exponent of the free part beyond this many natural ones, or two that are nearer to each other than this part of one, are
+/// left to the other engine too, and so are laws of more lines than this.
+const STEEPEST: f64 = 8.0;
+const NEAREST: f64 = 0.1;
+const LINES: usize = 64;
+
+/// A line of friction: what the lanes need of it, and steps from the longest to the shortest.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Constants {
-    pub(super) column: Column<f64>,
+pub(super) struct Track {
+    pub(super) line: Line<f64>,
     pub(super) steps: [Step<f64>; HALVINGS + 1],
     piece: Piece,
+}
+
+/// Constants of a column, and the lines of its law.
+#[derive(Clone, Debug)]
+pub(super) struct Constants {
+    pub(super) column: Column<f64>,
+    pub(super) tracks: Vec<Track>,
     /// The time by which zero phase of the force is before zero time.
     shift: f64,
 }
@@ -150,21 +180,41 @@ impl<L: Lane> End<L> {
 }
 
 impl<L: Lane> State<L> {
-    /// To the end of a mode, in the lanes of `go`: the mass moves with the drive there.
+    /// To the end of a mode, in the lanes of `go`, at the velocity `v`.
     #[inline(always)]
-    pub(super) fn go_to(&mut self, go: L::Mask, end: &End<L>, drive: L) {
+    pub(super) fn go_to(&mut self, go: L::Mask, end: &End<L>, v: L) {
         self.periods = L::choose(go, self.periods + end.periods, self.periods);
         self.t = L::choose(go, end.t, self.t);
         self.cos = L::choose(go, end.cos, self.cos);
         self.sin = L::choose(go, end.sin, self.sin);
         self.x = L::choose(go, end.x, self.x);
-        self.v = L::choose(go, drive, self.v);
+        self.v = L::choose(go, v, self.v);
     }
 }
 
+/// The pieces of a law whose friction in slip is one chain of lines, from slip speed 0 on, that remembers nothing.
+fn lines_of(law: &Law, static_limit: f64) -> Option<Vec<Piece>> {
+    let mut memory = Memory::default();
+    let mut piece = law.begin(0.0, f64::INFINITY, &mut memory);
+    let mut pieces = Vec::new();
+    let mut good = piece.low == 0.0 && law.leave(static_limit, &mut memory) == piece;
+    while good && piece.high.is_finite() && pieces.len() < LINES {
+        let next = law.next(&piece, Ending::High, piece.high, &mut memory);
+        let jump = (next.force(next.low) - piece.force(piece.high)).abs();
+        good = !piece.reverses
+            && next.low == piece.high
+            && jump <= 1e-12 * piece.force(piece.high).abs()
+            && law.next(&next, Ending::Low, next.low, &mut memory) == piece;
+        pieces.push(std::mem::replace(&mut piece, next));
+    }
+    good &= piece.high.is_infinite() && !piece.reverses && memory == Memory::default();
+    pieces.push(piece);
+    good.then_some(pieces)
+}
+
 impl Constants {
-    /// Of an oscillator of the kind that goes in lanes: friction alike in both directions, adhesion with a constant limit, one line of friction in slip, at most
-    /// one harmonic, a drive that moves forward, slip that oscillates and does not grow.
+    /// Of an oscillator of the kind that goes in lanes: friction alike in both directions, adhesion with a constant limit,
+    /// friction in slip of lines one of which at least the lanes can go, at most one harmonic, a drive that moves forward.
     pub(super) fn of(oscillator: &Oscillator) -> Option<Self> {
         let law = &oscillator.law;
         let forced = match oscillator.forcing[..] {
@@ -178,17 +228,10 @@ impl Constants {
             return None;
         }
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
-        let piece = law.begin(0.0, f64::INFINITY, &mut Memory::default());
         let static_limit = law.break_away(Hold::new(0.0, k * s));
-        let whole = piece.low == 0.0 && piece.high.is_infinite() && !piece.reverses;
-        if !whole || law.leave(static_limit, &mut Memory::default()) != piece || s <= 0.0 {
-            return None;
-        }
+        let pieces = lines_of(law, static_limit).filter(|_| s > 0.0)?;
+        let offset = pieces[0].offset;
         let natural_squared = k / m;
-        let damping = oscillator.damping + piece.slope;
-        let gamma = 0.5 * damping / m;
-        let kappa = gamma * gamma - natural_squared;
-        let omega = kappa.abs().sqrt();
         let natural = natural_squared.sqrt();
         // Without a force, one of no size at any frequency.
         let Harmonic {
@@ -201,21 +244,15 @@ impl Constants {
         }
         let amplitude = amplitude.abs();
         let moderate = |x: f64| (1.0 / MODERATE..MODERATE).contains(&x.abs());
-        let usual = gamma >= 0.0
-            && kappa < 0.0
-            && omega > 0.1 * natural
-            && [m, k, s, natural, frequency].into_iter().all(moderate)
+        let usual = [m, k, s, natural, frequency].into_iter().all(moderate)
             && (1e-6..1e6).contains(&(frequency / natural))
-            && [amplitude, static_limit, piece.offset]
+            && [amplitude, static_limit]
                 .into_iter()
+                .chain(pieces.iter().map(|piece| piece.offset))
                 .all(|x| x == 0.0 || moderate(x));
         if !usual {
             return None;
         }
-        let (real, imaginary) = (k - m * frequency * frequency, damping * frequency);
-        let size = real * real + imaginary * imaginary;
-        let (within, behind) = (amplitude * real / size, amplitude * imaginary / size);
-        let swing = (within * within + behind * behind).sqrt() * frequency;
         let whole = TAU / frequency;
         let period = f64::from_bits(whole.to_bits() & !((1 << 22) - 1));
         // 2π = TAU + 2.4e-16, and what the quotient leaves of it.
@@ -229,28 +266,15 @@ impl Constants {
         let column = Column {
             drive: s,
             stiffness: k,
-            damping,
             damper: oscillator.damping,
-            static_limit,
-            offset: piece.offset,
-            rest: piece.slope * s / k,
-            lag: piece.offset / k,
             per_stiffness: 1.0 / k,
-            gamma,
-            twice_gamma: 2.0 * gamma,
             natural_squared,
-            omega,
-            per_omega: 1.0 / omega,
-            cube: natural_squared * natural_squared * natural_squared,
-            cube_per_omega: natural_squared * natural_squared * natural_squared / omega,
+            static_limit,
+            offset,
             force: amplitude,
             frequency,
             per_frequency: 1.0 / frequency,
             frequency_squared: frequency * frequency,
-            within,
-            behind,
-            swing,
-            sixth: 1.000_001 * swing * sixth(frequency),
             period,
             period_low: (whole - period) + left / frequency,
             rise,
@@ -262,21 +286,33 @@ impl Constants {
             crest,
             faint: 64.0 * f64::EPSILON * (static_limit + amplitude + rise * whole + oscillator.damping * s),
         };
-        let mut h = REACH / natural.max(frequency);
-        let steps = std::array::from_fn(|_| {
-            let step = Step::over(&column, h);
-            h *= 0.5;
-            step
-        });
+        let tracks: Vec<Track> = pieces
+            .iter()
+            .enumerate()
+            .map(|(index, piece)| Track::of(&column, m, piece, index))
+            .collect();
+        if tracks.iter().all(|track| track.line.left == 1.0) {
+            return None;
+        }
         // Less than none would round the time of the start.
         let turned = whole_turns_less(phase, 0.0);
         let ahead = if turned < 0.0 { turned + 2.0 * PI.0 } else { turned };
         Some(Self {
             column,
-            steps,
-            piece,
+            tracks,
             shift: ahead / frequency,
         })
+    }
+
+    /// The line of a state.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the number of a line is small"
+    )]
+    #[inline]
+    pub(super) fn track(&self, line: f64) -> &Track {
+        &self.tracks[line as usize]
     }
 
     /// The state at a hybrid state, to go on until `t_end` for so many events at the most.
@@ -290,11 +326,18 @@ impl Constants {
         let (periods, t) = self.local(hybrid.clock);
         let (end_periods, end_t) = self.local(Clock::at(t_end));
         let (sin, cos) = sin_cos(self.column.frequency * t);
-        let (stuck, direction, at_reversal) = match hybrid.mode {
-            Mode::Slip { direction, start, .. } => {
-                (0.0, direction, f64::from(u8::from(start == Start::Reversal)))
+        let (stuck, direction, at_reversal, line) = match hybrid.mode {
+            Mode::Slip {
+                direction,
+                start,
+                piece,
+            } => {
+                let on = |track: &Track| track.piece.branch == piece.branch;
+                let line = self.tracks.iter().position(on).unwrap_or(0);
+                let at_reversal = f64::from(u8::from(start == Start::Reversal));
+                (0.0, direction, at_reversal, line as f64)
             }
-            _ => (1.0, 1.0, 0.0),
+            _ => (1.0, 1.0, 0.0, 0.0),
         };
         State {
             x,
@@ -306,6 +349,7 @@ impl Constants {
             stuck,
             direction,
             at_reversal,
+            line,
             events: 0.0,
             end_periods,
             end_t,
@@ -314,20 +358,25 @@ impl Constants {
     }
 
     /// The position, velocity and hybrid state of a state.
+    #[inline(always)]
     pub(super) fn hybrid(&self, state: &State<f64>) -> (f64, f64, HybridState) {
         let mode = if state.stuck == 1.0 {
             Mode::Stick
         } else {
+            let (direction, piece) = (state.direction, self.track(state.line).piece);
+            let at = |speed: f64| state.v == self.column.drive - direction * speed;
             let start = if state.at_reversal == 1.0 {
                 Start::Reversal
-            } else if state.v == self.column.drive {
+            } else if at(piece.low) {
                 Start::Low
+            } else if at(piece.high) {
+                Start::High
             } else {
                 Start::Inside
             };
             Mode::Slip {
-                direction: state.direction,
-                piece: self.piece,
+                direction,
+                piece,
                 start,
             }
         };
@@ -339,13 +388,15 @@ impl Constants {
         (state.x, state.v, hybrid)
     }
 
-    /// The event at a position, where the motion sticks then or not; only a release has a stick time.
+    /// The event after which a state is; only a release has a stick time.
     #[inline(always)]
-    pub(super) fn event(&self, clock: Clock, x: f64, sticks: bool, event: [f64; 3]) -> Event {
+    pub(super) fn event(clock: Clock, state: &State<f64>, event: [f64; 3], node: bool) -> Event {
         let [force, stick_time, force_rate] = event;
         let kind = if !stick_time.is_nan() {
             Kind::Release
-        } else if sticks {
+        } else if node {
+            Kind::Node
+        } else if state.stuck == 1.0 {
             Kind::Capture
         } else {
             Kind::Crossing
@@ -354,28 +405,33 @@ impl Constants {
             t: clock.high,
             kind,
             contact: 0,
-            x,
-            v: self.column.drive,
+            x: state.x,
+            v: state.v,
             force,
             stick_time,
             force_rate,
         }
     }
 
-    /// The mode after an event at a position: adhesion, or slip in a direction.
+    /// The mode of a state after an event: adhesion, or slip in a direction.
     #[inline(always)]
-    pub(super) fn segment(&self, clock: Clock, x: f64, sticks: bool, direction: f64) -> Segment {
+    pub(super) fn segment(&self, clock: Clock, state: &State<f64>) -> Segment {
+        let sticks = state.stuck == 1.0;
         let Piece {
             offset,
             slope,
             branch,
             ..
-        } = if sticks { Piece::constant(0.0) } else { self.piece };
+        } = if sticks {
+            Piece::constant(0.0)
+        } else {
+            self.track(state.line).piece
+        };
         Segment {
             clock,
-            x,
-            v: self.column.drive,
-            direction: if sticks { 0.0 } else { direction },
+            x: state.x,
+            v: state.v,
+            direction: if sticks { 0.0 } else { state.direction },
             offset,
             slope,
             branch,
@@ -410,21 +466,97 @@ fn sixth(x: f64) -> f64 {
     (x * x * x) * (x * x * x)
 }
 
-impl Step<f64> {
-    fn over(column: &Column<f64>, h: f64) -> Self {
-        let (decay, (sin, cos)) = (exp(-column.gamma * h), sin_cos(column.omega * h));
-        let (c, s) = (decay * cos, decay * sin * column.per_omega);
-        let (wave_sin, wave_cos) = sin_cos(column.frequency * h);
+impl Track {
+    fn of(column: &Column<f64>, m: f64, piece: &Piece, index: usize) -> Self {
+        let Column {
+            drive,
+            stiffness: k,
+            natural_squared,
+            force: amplitude,
+            frequency,
+            ..
+        } = *column;
+        let natural = natural_squared.sqrt();
+        let damping = column.damper + piece.slope;
+        let gamma = 0.5 * damping / m;
+        let kappa = gamma * gamma - natural_squared;
+        let omega = kappa.abs().sqrt();
+        let (slow, fast, exponent, power) = if kappa < 0.0 {
+            (
+                gamma,
+                0.0,
+                natural,
+                natural_squared * natural_squared * natural_squared,
+            )
+        } else {
+            let exponent = gamma.abs() + omega;
+            (gamma - omega, gamma + omega, exponent, sixth(exponent))
+        };
+        let goes = omega > NEAREST * natural && exponent < STEEPEST * natural;
+        let (real, imaginary) = (k - m * frequency * frequency, damping * frequency);
+        let size = real * real + imaginary * imaginary;
+        let (within, behind) = (amplitude * real / size, amplitude * imaginary / size);
+        let swing = (within * within + behind * behind).sqrt() * frequency;
+        let line = Line {
+            index: index as f64,
+            left: f64::from(u8::from(!goes)),
+            offset: piece.offset,
+            slope: piece.slope,
+            low: piece.low,
+            reach: piece.high - piece.low,
+            rest: piece.slope * drive / k,
+            lag: piece.offset / k,
+            gamma,
+            twice_gamma: 2.0 * gamma,
+            omega,
+            per_omega: 1.0 / omega,
+            slow,
+            fast,
+            power,
+            power_per_omega: power / omega,
+            within,
+            behind,
+            swing,
+            sixth: 1.000_001 * swing * sixth(frequency),
+        };
+        let mut h = REACH / exponent.max(frequency);
+        let steps = std::array::from_fn(|_| {
+            let step = Step::over(column, &line, h);
+            h *= 0.5;
+            step
+        });
         Self {
-            f11: c + column.gamma * s,
+            line,
+            steps,
+            piece: *piece,
+        }
+    }
+}
+
+impl Step<f64> {
+    fn over(column: &Column<f64>, line: &Line<f64>, h: f64) -> Self {
+        let decay = exp(-line.slow * h);
+        let (c, s) = if line.fast == 0.0 {
+            let (sin, cos) = sin_cos(line.omega * h);
+            (decay * cos, decay * sin * line.per_omega)
+        } else {
+            let fast = exp(-line.fast * h);
+            (0.5 * (decay + fast), 0.5 * (decay - fast) * line.per_omega)
+        };
+        let (wave_sin, wave_cos) = sin_cos(column.frequency * h);
+        let growth = [line.slow, line.fast].map(|rate| exp((-rate * h).max(0.0)));
+        let growth = growth[0].max(growth[1]);
+        Self {
+            f11: c + line.gamma * s,
             f12: s,
             f21: -column.natural_squared * s,
-            f22: c - column.gamma * s,
+            f22: c - line.gamma * s,
             cos: wave_cos,
             sin_over: wave_sin * column.per_frequency,
             sin_times: wave_sin * column.frequency,
             h,
-            slack: sixth(h) / 14_400.0,
+            slack: growth * (sixth(h) / 14_400.0),
+            growth,
         }
     }
 }

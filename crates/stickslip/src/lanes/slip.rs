@@ -1,4 +1,4 @@
-//! Slip in lanes: when the slip speed falls to zero.
+//! Slip in lanes: when the slip speed leaves the line of friction, at its low end, which may be zero, or at its high one.
 //!
 //! Samples lie at a constant distance, so the free part advances by one matrix and the harmonic by one rotation, without
 //! exponentials or sines on the way. The enclosure of [`crate::flow::enclosure`] says of every cell between two samples that
@@ -8,7 +8,7 @@
 
 use stickslip_lanes::{Lane, Mask};
 
-use super::column::{Column, End, HALVINGS, State, Step};
+use super::column::{Column, End, HALVINGS, Line, State, Step};
 use super::elementary::{exp, reversed, sin_cos};
 
 /// So many cells; a slip that lasts longer, by the longest of them, is likely to last for ever. Rounding grows with every cell.
@@ -21,6 +21,9 @@ const DEGREE: usize = 7;
 /// Where slip ends.
 pub(super) struct Arrival<L: Lane> {
     pub(super) end: End<L>,
+    /// Lanes that would come to the high end, the others to the low one; and the slip speed there.
+    pub(super) high: L::Mask,
+    pub(super) speed: L,
     /// Lanes whose slip lasts to the horizon, or for more cells than are gone in lanes.
     pub(super) lasts: L::Mask,
     /// Exact evaluations.
@@ -46,13 +49,39 @@ fn rest<L: Lane>(c: &Column<L>, t: L, step: L, periods: L) -> L {
 
 /// The curvature of the slip speed from its free part, the rate of that, and the wave.
 #[inline(always)]
-fn curvature_of<L: Lane>(c: &Column<L>, value: L, rate: L, wave: L) -> L {
-    -(c.twice_gamma * rate) - c.natural_squared * value - c.frequency_squared * wave
+fn curvature_of<L: Lane>(c: &Column<L>, line: &Line<L>, value: L, rate: L, wave: L) -> L {
+    -(line.twice_gamma * rate) - c.natural_squared * value - c.frequency_squared * wave
 }
 
-/// Slip speed, its rate and its curvature.
+/// Whether two numbers are the same.
+#[inline(always)]
+fn is<L: Lane>(one: L, other: L) -> L::Mask {
+    one.at_most(other) & other.at_most(one)
+}
+
+/// How far the slip speed is above the low end of its line, its rate and its curvature.
 #[derive(Clone, Copy)]
 struct Sample<L>([L; 3]);
+
+impl<L: Lane> Sample<L> {
+    /// How far it is below the high end.
+    #[inline(always)]
+    fn below(self, reach: L) -> Self {
+        let [value, rate, curvature] = self.0;
+        Self([reach - value, -rate, -curvature])
+    }
+
+    /// Another one where the mask says so.
+    #[inline(always)]
+    fn or(self, mask: L::Mask, other: Self) -> Self {
+        let [value, rate, curvature] = self.0;
+        Self([
+            L::choose(mask, other.0[0], value),
+            L::choose(mask, other.0[1], rate),
+            L::choose(mask, other.0[2], curvature),
+        ])
+    }
+}
 
 /// The least coefficient of the enclosure of a cell of width `d`, see [`crate::flow::enclosure`]; `slack` is d⁶/14,400 times
 /// the bound of the sixth derivative.
@@ -67,6 +96,24 @@ fn least<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d: L, slack
     let middle = n(0.5) * (left[0] + right[0]) + n(1.2) * (up - fall) + n(0.025) * (curvature + curl);
     let (start, end) = (left[0].min(left[0] + up), right[0].min(right[0] - fall));
     start.min(end).min(second.min(fourth).min(middle - slack))
+}
+
+/// e^{−γτ} cos ωτ and e^{−γτ} sin ωτ / ω, hyperbolic where slip does not oscillate.
+#[inline(always)]
+fn basis<L: Lane>(line: &Line<L>, at: L) -> (L, L) {
+    let (n, zero) = (L::splat, L::splat(0.0));
+    let slow = exp(-(line.slow * at));
+    let (sin, cos) = sin_cos(line.omega * at);
+    let (cos, sin) = (slow * cos, slow * sin * line.per_omega);
+    let apart = zero.below(line.fast.abs());
+    if !apart.any() {
+        return (cos, sin);
+    }
+    let fast = exp(-(line.fast * at));
+    (
+        L::choose(apart, n(0.5) * (slow + fast), cos),
+        L::choose(apart, n(0.5) * (slow - fast) * line.per_omega, sin),
+    )
 }
 
 /// Σ d_k τᵏ/k!, its slope and its curvature.
@@ -116,6 +163,7 @@ pub(super) fn root_of_quintic<L: Lane>(left: [L; 3], right: [L; 3], d: L) -> L {
 #[inline(always)]
 pub(super) fn arrival<L: Lane>(
     c: &Column<L>,
+    line: &Line<L>,
     steps: &[Step<L>; HALVINGS + 1],
     state: &State<L>,
     horizon: L,
@@ -124,34 +172,49 @@ pub(super) fn arrival<L: Lane>(
     let n = L::splat;
     let (zero, one) = (n(0.0), n(1.0));
     let sign = state.direction;
-    let wave = c.within * state.cos + c.behind * state.sin;
-    let wave_rate = c.frequency * (c.behind * state.cos - c.within * state.sin);
-    let centre = c.rest + sign * c.lag;
+    let wave = line.within * state.cos + line.behind * state.sin;
+    let wave_rate = c.frequency * (line.behind * state.cos - line.within * state.sin);
+    let centre = line.rest + sign * line.lag;
     let (y, z) = (state.x - centre - wave, state.v - wave_rate);
-    let at_zero = state.v.at_most(c.drive) & c.drive.at_most(state.v);
     let at_reversal = zero.below(state.at_reversal);
-    // The slip speed σ (s − ẋ): its rest, its free part and the rate of that, its wave and the rate of that.
-    let rest = sign * c.drive;
-    let (value0, rate0) = (-(sign * z), sign * (c.twice_gamma * z + c.natural_squared * y));
+    // The slip speed σ (s − ẋ) above the low end: its rest, its free part and the rate of that, its wave and the rate of that.
+    let rest = sign * c.drive - line.low;
+    let (value0, rate0) = (-(sign * z), sign * (line.twice_gamma * z + c.natural_squared * y));
     let (mut wave_value, mut wave_slope) = (-(sign * wave_rate), sign * c.frequency_squared * wave);
     // What is known to be zero is zero: the rate of the free part makes up for the wave.
     let rate0 = L::choose(at_reversal, -wave_slope, rate0);
     let (mut value, mut rate) = (value0, rate0);
-    let height = (rate0 + c.gamma * value0).abs();
-    let sixth = value0.abs() * c.cube + height * c.cube_per_omega + c.sixth;
-    let size = value0.abs() + height * c.per_omega + c.swing + c.drive;
-    let rounding = size * n(8.0 * f64::EPSILON);
+    let height = (rate0 + line.gamma * value0).abs();
+    let mut sixth = value0.abs() * line.power + height * line.power_per_omega + line.sixth;
+    let size = value0.abs() + height * line.per_omega + line.swing + c.drive + line.low;
+    let mut rounding = size * n(8.0 * f64::EPSILON);
     let mut left = Sample([
-        L::choose(at_zero, zero, rest + value + wave_value),
+        L::choose(
+            is(state.v, c.drive - sign * line.low),
+            zero,
+            rest + value + wave_value,
+        ),
         L::choose(at_reversal, zero, rate + wave_slope),
-        curvature_of(c, value, rate, wave_value),
+        curvature_of(c, line, value, rate, wave_value),
     ]);
+    let mut step = steps[0];
+    // Only some laws have lines with a high end.
+    let bounded = slips & line.reach.below(n(f64::INFINITY));
+    let is_bounded = bounded.any();
+    if is_bounded {
+        left.0[0] = L::choose(
+            is(state.v, c.drive - sign * (line.low + line.reach)),
+            line.reach,
+            left.0[0],
+        );
+    }
+    let is_growing = (slips & one.below(step.growth)).any();
+    let mut high = L::Mask::none();
     let mut right = left;
     let mut gone = zero;
-    let mut step = steps[0];
     let mut slack = step.slack * sixth;
     let mut level = zero;
-    let mut active = slips;
+    let mut active = slips & !zero.below(line.left);
     let (mut crossed, mut lasts) = (L::Mask::none(), L::Mask::none());
     // A cell that starts on zero may be clear within rounding; what follows must be clear by more than what rounding adds up to.
     let mut least_clear = -rounding;
@@ -166,10 +229,18 @@ pub(super) fn arrival<L: Lane>(
         let next = Sample([
             rest + next_value + next_wave,
             next_rate + next_slope,
-            curvature_of(c, next_value, next_rate, next_wave),
+            curvature_of(c, line, next_value, next_rate, next_wave),
         ]);
-        let beyond = next.0[0].below(-drift);
-        let clear = least_clear.at_most(least(left, next, step.h, slack)) & !beyond;
+        let mut beyond = next.0[0].below(-drift);
+        let mut clear = least_clear.at_most(least(left, next, step.h, slack));
+        if is_bounded {
+            let (one, other) = (left.below(line.reach), next.below(line.reach));
+            let above = active & bounded & other.0[0].below(-drift);
+            high = high | above;
+            beyond = beyond | above;
+            clear = clear & (least_clear.at_most(least(one, other, step.h, slack)) | !bounded);
+        }
+        let clear = clear & !beyond;
         let closer = active & !clear & !beyond & level.below(n(HALVINGS as f64));
         if closer.any() {
             level = L::choose(closer, level + one, level);
@@ -181,19 +252,22 @@ pub(super) fn arrival<L: Lane>(
             slack = step.slack * sixth;
         }
         let ends = active & beyond;
-        for (own, next) in right.0.iter_mut().zip(next.0) {
-            *own = L::choose(ends, next, *own);
-        }
+        right = right.or(ends, next);
         crossed = crossed | ends;
         let on = active & clear;
         value = L::choose(on, next_value, value);
         rate = L::choose(on, next_rate, rate);
         wave_value = L::choose(on, next_wave, wave_value);
         wave_slope = L::choose(on, next_slope, wave_slope);
-        for (own, next) in left.0.iter_mut().zip(next.0) {
-            *own = L::choose(on, next, *own);
-        }
+        left = left.or(on, next);
         gone = L::choose(on, gone + step.h, gone);
+        if is_growing {
+            // Rounding grows with the motion.
+            rounding = L::choose(on, rounding * step.growth, rounding);
+            sixth = L::choose(on, sixth * step.growth, sixth);
+            slack = step.slack * sixth;
+            drift = L::choose(on, drift * step.growth, drift);
+        }
         drift = L::choose(on, drift + rounding, drift);
         least_clear = L::choose(on, drift, least_clear);
         lasts = lasts | (on & horizon.at_most(gone));
@@ -204,29 +278,39 @@ pub(super) fn arrival<L: Lane>(
     }
     let mut arrival = Arrival {
         end: End::unknown(),
+        high,
+        speed: L::choose(high, line.low + line.reach, line.low),
         lasts: lasts | (active & level.at_most(zero)),
         evaluations: 0,
     };
+    let (rounding, sixth) = (rounding * step.growth, sixth * step.growth);
+    let is_high = high.any();
+    // From here on the margin to the end that is crossed, and that to the other one beside it.
+    let other = left.or(!high, left.below(line.reach));
+    if is_high {
+        left = left.or(high, left.below(line.reach));
+        right = right.or(high, right.below(line.reach));
+    }
+    let sense = L::choose(high, -sign, sign);
     let d = step.h;
     let mut at = gone + root_of_quintic(left.0, right.0, d) * d;
-    let (mut low, mut high) = (gone, gone + d);
+    let (mut early, mut late) = (gone, gone + d);
     let mut open = crossed;
     for _ in 0..ROUNDS {
         if !open.any() {
             break;
         }
         arrival.evaluations += 1;
-        let decay = exp(-(c.gamma * at));
-        let (sin, cos) = sin_cos(c.omega * at);
+        let (cos, sin) = basis(line, at);
         let (periods, t) = wrapped(c, state.t, at);
         let (wave_sin, wave_cos) = sin_cos(c.frequency * t);
-        let (cos, sin) = (decay * cos, decay * sin * c.per_omega);
-        let mut free = [value0 * cos + (rate0 + c.gamma * value0) * sin; DEGREE + 1];
-        free[1] = rate0 * cos - (c.natural_squared * value0 + c.gamma * rate0) * sin;
-        let mut wave = [-(sign * c.frequency * (c.behind * wave_cos - c.within * wave_sin)); DEGREE + 1];
-        wave[1] = sign * c.frequency_squared * (c.within * wave_cos + c.behind * wave_sin);
+        let mut free = [value0 * cos + (rate0 + line.gamma * value0) * sin; DEGREE + 1];
+        free[1] = rate0 * cos - (c.natural_squared * value0 + line.gamma * rate0) * sin;
+        let mut wave =
+            [-(sign * c.frequency * (line.behind * wave_cos - line.within * wave_sin)); DEGREE + 1];
+        wave[1] = sign * c.frequency_squared * (line.within * wave_cos + line.behind * wave_sin);
         for k in 2..=DEGREE {
-            free[k] = -(c.twice_gamma * free[k - 1]) - c.natural_squared * free[k - 2];
+            free[k] = -(line.twice_gamma * free[k - 1]) - c.natural_squared * free[k - 2];
             wave[k] = -(c.frequency_squared * wave[k - 2]);
         }
         let mut g = free;
@@ -234,6 +318,12 @@ pub(super) fn arrival<L: Lane>(
             *own = *own + wave;
         }
         g[0] = rest + g[0];
+        if is_high {
+            for own in &mut g {
+                *own = L::choose(high, -*own, *own);
+            }
+            g[0] = L::choose(high, line.reach + g[0], g[0]);
+        }
         // Householder's step of the third order, then Halley's on the polynomial.
         let newton = -(g[0] / g[1]);
         let (curvature, third) = (newton * g[2], newton * newton * g[3]);
@@ -252,10 +342,19 @@ pub(super) fn arrival<L: Lane>(
             span,
             cube * cube * n(1.0 / 14_400.0) * sixth,
         );
-        let sure = (-rounding).at_most(low_of)
+        let mut sure = (-rounding).at_most(low_of)
             & remains.abs().at_most(rounding)
             & slope.below(zero)
             & (n(2.0) * curvature * rounding).below(slope * slope);
+        if is_bounded {
+            let low_of = least(
+                other,
+                Sample([line.reach, -slope, -curvature]),
+                span,
+                cube * cube * n(1.0 / 14_400.0) * sixth,
+            );
+            sure = sure & ((-rounding).at_most(low_of) | !bounded);
+        }
         let take = open & near & sure;
         // The integral of the polynomial.
         let mut travel = g[DEGREE] * n(1.0 / (DEGREE + 1) as f64);
@@ -263,9 +362,14 @@ pub(super) fn arrival<L: Lane>(
             travel = (g[k] + by * travel) * n(1.0 / (k + 1) as f64);
         }
         let travel = by * travel;
-        let x = y * cos + (z + c.gamma * y) * sin + centre + (c.within * wave_cos + c.behind * wave_sin);
+        let x =
+            y * cos + (z + line.gamma * y) * sin + centre + (line.within * wave_cos + line.behind * wave_sin);
         arrival.end.lasted = L::choose(take, at + by, arrival.end.lasted);
-        arrival.end.x = L::choose(take, x + c.drive * by - sign * travel, arrival.end.x);
+        arrival.end.x = L::choose(
+            take,
+            x + (c.drive - sign * arrival.speed) * by - sense * travel,
+            arrival.end.x,
+        );
         let (more, t) = wrapped(c, t, by);
         arrival.end.periods = L::choose(take, periods + more, arrival.end.periods);
         arrival.end.t = L::choose(take, t, arrival.end.t);
@@ -276,11 +380,11 @@ pub(super) fn arrival<L: Lane>(
         // What is near and not sure will not be any surer.
         open = open & !near;
         let beyond = g[0].below(zero);
-        high = L::choose(beyond, at, high);
-        low = L::choose(beyond, low, at);
+        late = L::choose(beyond, at, late);
+        early = L::choose(beyond, early, at);
         let next = at + first;
-        let inside = low.below(next) & next.below(high) & g[1].below(zero);
-        at = L::choose(inside, next, n(0.5) * (low + high));
+        let inside = early.below(next) & next.below(late) & g[1].below(zero);
+        at = L::choose(inside, next, n(0.5) * (early + late));
     }
     arrival
 }

@@ -2,7 +2,7 @@
 
 use super::{Friction, Hold, Law, Memory, Piece, StaticKinetic};
 use crate::error::{Error, wrong};
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 
 parameters! {
     /// One law where the friction on the mass is positive (w > 0), another where it is negative, at rest and in slip.

@@ -11,11 +11,11 @@
 //!    └────────────────────────────────── u = |w|
 //! ```
 
-use super::table::Table;
+use super::constant_or_nodes::Table;
 use super::{Adhesion, End, Friction, Hold, Memory, Piece, Point, StaticFriction};
 use crate::elementary::tan;
 use crate::error::{Error, misshapen};
-use crate::parameters::{Limited, Parameters, parameters, words};
+use crate::law::declaration::{Limited, Parameters, parameters, words};
 
 words! {
     /// The way that slip takes where its acceleration turns from + to − on the upper branch; the paper does not say it.

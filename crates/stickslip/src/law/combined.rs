@@ -3,7 +3,7 @@
 use super::static_kinetic::at_least_kinetic;
 use super::{Adhesion, DwellTime, End, ExponentialStribeck, Friction, Hold, Law, Memory, Piece};
 use crate::error::{Error, wrong};
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 use crate::series::{Grown, Series};
 
 parameters! {

@@ -1,7 +1,7 @@
 //! Coulomb friction: the same force at rest and in motion.
 
 use super::{Friction, Hold, Memory, Piece};
-use crate::parameters::parameters;
+use crate::law::declaration::parameters;
 
 parameters! {
     /// |F| ≤ f_k at rest, F = f_k sgn w in motion (Coulomb 1785; Den Hartog, Trans. ASME 53 (1931) 107).

@@ -1,7 +1,7 @@
 //! Friction that weakens and then grows again, as a cubic.
 
 use super::{Friction, Hold, Memory, Piece};
-use crate::parameters::parameters;
+use crate::law::declaration::parameters;
 use crate::series::{Grown, Series, product};
 
 parameters! {

@@ -1,7 +1,7 @@
 //! Static friction that grows while the contact rests.
 
 use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
-use crate::parameters::parameters;
+use crate::law::declaration::parameters;
 
 parameters! {
     /// f_s(t_s) = f_k + Δ∞ (1 − exp(−γ t_s^m)), F = f_k sgn w in motion (Kato, Sato & Matsubayashi, Wear 20 (1972) 315).

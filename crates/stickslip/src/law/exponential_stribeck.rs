@@ -4,7 +4,7 @@ use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece};
 use crate::elementary::exp;
 use crate::error::{Error, misshapen};
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 use crate::series::{Grown, Series, exponential, product};
 
 parameters! {

@@ -1,7 +1,7 @@
 //! Static friction that grows while the contact rests and falls with the rate at which it is loaded.
 
 use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
-use crate::parameters::parameters;
+use crate::law::declaration::parameters;
 
 parameters! {
     /// f_s(t_s, δ) = f_k + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q), F = f_k sgn w in motion.

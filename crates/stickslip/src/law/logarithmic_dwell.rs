@@ -2,7 +2,7 @@
 
 use super::{Friction, Hold, Memory, Piece};
 use crate::elementary::ln_1p;
-use crate::parameters::parameters;
+use crate::law::declaration::parameters;
 
 parameters! {
     /// f_s(t_s) = f_k + A ln(1 + t_s/t_c), F = f_k sgn w in motion (Dieterich, J. Geophysical Research 77 (1972) 3690).

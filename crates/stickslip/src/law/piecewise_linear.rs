@@ -3,7 +3,7 @@
 use super::static_kinetic::at_least_kinetic;
 use super::{End, Friction, Hold, Memory, Piece, Point};
 use crate::error::{Error, increasing};
-use crate::parameters::{Kind, Limited, Limits, Value, parameters};
+use crate::law::declaration::{Kind, Limited, Limits, Value, parameters};
 
 parameters! {
     /// F(w) linear between nodes (w_i, f_i), w_0 = 0; the last slope goes on beyond the last node. |F| ≤ f_s at rest.

@@ -4,7 +4,7 @@ use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece, Point};
 use crate::error::{Error, misshapen, wrong};
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 use crate::series::{Grown, Series, ZERO, compose};
 
 /// The highest degree of a polynomial.

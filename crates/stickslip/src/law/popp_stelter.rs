@@ -3,7 +3,7 @@
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Hold, Memory, Piece};
 use crate::error::Error;
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 use crate::series::{Grown, Series, product, reciprocal};
 
 parameters! {

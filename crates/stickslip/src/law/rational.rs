@@ -1,7 +1,7 @@
 //! Friction that weakens with speed as a hyperbola.
 
 use super::{Friction, Hold, Memory, Piece};
-use crate::parameters::parameters;
+use crate::law::declaration::parameters;
 use crate::series::{Grown, Series, reciprocal};
 
 parameters! {

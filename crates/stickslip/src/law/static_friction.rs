@@ -3,7 +3,7 @@
 use super::{Adhesion, Hold};
 use crate::elementary::{exp, exp_m1, power};
 use crate::error::Error;
-use crate::parameters::{Kind, Limited, Limits, Parameters, Value, parameters};
+use crate::law::declaration::{Kind, Limited, Limits, Parameters, Value, parameters};
 
 parameters! {
     /// f_s(t_s, δ) = f_0 + Δ₀/(1 + (δ/δ₁)^p) + Δ₂/(1 + (δ/δ₂)^r) + Δ∞ (1 − exp(−γ t_s^m)) / (1 + (δ/δ₀)^q).

@@ -2,7 +2,7 @@
 
 use super::{Friction, Hold, Memory, Piece};
 use crate::error::{Error, finite};
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 
 parameters! {
     /// |F| ≤ f_s at rest, F = f_k sgn w in motion, f_s ≥ f_k.

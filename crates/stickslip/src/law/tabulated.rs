@@ -1,11 +1,11 @@
 //! Friction as it was measured: a table over slip speed, a table over stick time, or both.
 
+use super::constant_or_nodes::Table;
 use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
-use super::table::Table;
 use super::{Adhesion, End, Friction, Hold, Memory, Piece};
 use crate::error::Error;
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 
 parameters! {
     /// F(w) linear between nodes (w_i, f_i), f_s(t_s) linear between nodes (t_i, f_i), both constant beyond the last.

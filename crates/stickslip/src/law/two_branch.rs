@@ -1,11 +1,11 @@
 //! Friction with one branch while the slip speed rises and another while it falls, which need not meet.
 
+use super::constant_or_nodes::Table;
 use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
-use super::table::Table;
 use super::{End, Friction, Hold, Memory, Piece};
 use crate::error::Error;
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 
 parameters! {
     /// F = f₊(u) while u = |w| rises, f₋(u) while it falls, |F| ≤ f_s at rest (Hunt, Torbe & Spencer, Wear 8 (1965) 455).

@@ -141,10 +141,12 @@ impl<'a, const H: usize> Loop<'a, H> {
                     return Ok((Stop::Memory, self.work));
                 }
             }
-            let horizon = self.clock.until(run.t_end);
+            let mut horizon = self.clock.until(run.t_end);
             let passed = if self.alone(&mut mode, horizon, record) {
                 Passed::Event
             } else {
+                // A lane that handed the mode over may have rounded the clock.
+                horizon = self.clock.until(run.t_end);
                 self.end_of(&mut mode, horizon, record)?
             };
             if let Passed::Stop(stop) = passed {

@@ -3,7 +3,7 @@
 use super::StateFriction;
 use crate::elementary::power;
 use crate::error::Error;
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 
 parameters! {
     /// ż = A w − β |w| |z|^(n−1) z − γ w |z|^n, F = k z, rate-independent.

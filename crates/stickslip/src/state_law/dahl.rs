@@ -2,7 +2,7 @@
 
 use super::StateFriction;
 use crate::elementary::{exp, power};
-use crate::parameters::parameters;
+use crate::law::declaration::parameters;
 
 parameters! {
     /// dF/dx = σ |1 − (F/f_k) sgn w|^i sgn(1 − (F/f_k) sgn w), rate-independent; the state is F itself.

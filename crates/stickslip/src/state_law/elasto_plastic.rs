@@ -3,7 +3,7 @@
 use super::{LuGre, StateFriction};
 use crate::elementary::{exp, power, sin_cos};
 use crate::error::Error;
-use crate::parameters::{Limited, parameters};
+use crate::law::declaration::{Limited, parameters};
 
 parameters! {
     /// ż = w (1 − α(z, w) z/z∞(w)), F = σ₀ z + σ₁ ż + σ₂ w, z∞ = g(w) sgn w/σ₀, g as for [`super::LuGre`].
@@ -132,7 +132,7 @@ impl StateFriction for ElastoPlastic {
 #[cfg(test)]
 mod tests {
     use super::ElastoPlastic;
-    use crate::parameters::Parameters;
+    use crate::law::declaration::Parameters;
     use crate::state_law::{LuGre, StateFriction, StateLaw, runge_kutta};
 
     #[test]

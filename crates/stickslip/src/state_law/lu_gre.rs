@@ -3,7 +3,7 @@
 use super::StateFriction;
 use crate::elementary::{exp, power};
 use crate::error::Error;
-use crate::parameters::{Kind, Limited, Limits, Parameters, Value, parameters};
+use crate::law::declaration::{Kind, Limited, Limits, Parameters, Value, parameters};
 
 parameters! {
     /// ż = w − σ₀ |w| z/g(w), F = σ₀ z + σ₁ ż + σ₂ w, g(w) = f_k + (f_s − f_k) exp(−|w/w_s|^n).

@@ -5,7 +5,7 @@ use std::f64::consts::LN_2;
 use super::{StateFriction, runge_kutta};
 use crate::elementary::{asinh, exp, exp_m1, ln, ln_1p, tanh};
 use crate::error::{Error, wrong};
-use crate::parameters::{Limited, parameters, words};
+use crate::law::declaration::{Limited, parameters, words};
 
 words! {
     /// How the state evolves.

@@ -3,8 +3,8 @@
 use super::StateFriction;
 use crate::elementary::{atan, tanh};
 use crate::error::Error;
+use crate::law::declaration::{Limited, parameters, words};
 use crate::law::{Friction, Law, Memory, Rational};
-use crate::parameters::{Limited, parameters, words};
 
 words! {
     /// The smooth sign.

@@ -153,15 +153,20 @@ impl Motion {
         if force_lines.iter().any(|line| line.still) {
             return false;
         }
+        if modes.is_empty() {
+            self.expand_many(frame, laws, force_lines, held, x, v);
+            self.slow = Some(*rate);
+            return true;
+        }
         let kind = self.ready(frame, force_lines, held, x, v);
         let (order, count) = (frame.order, modes.len());
         let mut before = vec![0.0; count * (order + 1)];
         let mut changed = vec![0.0; count];
-        for _ in 0..if count == 0 { 1 } else { PASSES } {
+        for _ in 0..PASSES {
             let mut now = vec![0.0; count * (order + 1)];
             for k in 0..order {
                 let next = (k + 1) as f64;
-                for _ in 0..if count == 0 { 0 } else { CORRECTIONS } {
+                for _ in 0..CORRECTIONS {
                     self.accelerate(frame, laws, force_lines, held, k, kind);
                     for (m, mode) in modes.iter().enumerate() {
                         let rest = dot(&mode.dual, &self.acceleration) - next * before[(k + 1) * count + m];

@@ -271,13 +271,13 @@ macro_rules! parameters {
         #[serde(deny_unknown_fields)]
         pub struct $law { $($(#[$meta])* $(#[serde(rename = $name)])? pub $field: $type),+ }
 
-        impl $crate::parameters::Parameters for $law {
-            const PARAMETERS: &'static [$crate::parameters::Parameter] = {
+        impl $crate::law::declaration::Parameters for $law {
+            const PARAMETERS: &'static [$crate::law::declaration::Parameter] = {
                 #[allow(unused_imports, reason = "a law that is made of laws has no numbers")]
-                use $crate::parameters::numbers::*;
-                &[$($crate::parameters::Parameter {
+                use $crate::law::declaration::numbers::*;
+                &[$($crate::law::declaration::Parameter {
                     name: [$($name,)? stringify!($field)][0],
-                    kind: <$type as $crate::parameters::Value>::KIND,
+                    kind: <$type as $crate::law::declaration::Value>::KIND,
                     numbers: &[$($number),*],
                 }),+]
             };
@@ -292,12 +292,12 @@ macro_rules! parameters {
             pub fn new($($field: $type),+) -> Self { Self { $($field),+ } }
         }
 
-        impl $crate::parameters::Limited for $law {
+        impl $crate::law::declaration::Limited for $law {
             fn within_limits(&self) -> Result<(), $crate::error::Error> {
                 #[allow(unused_imports, reason = "a law that is made of laws has no numbers")]
-                use $crate::parameters::numbers::*;
-                $($crate::parameters::Value::check(&self.$field, [$($name,)? stringify!($field)][0], const {
-                    $crate::parameters::Limits::of(&[$($number),*])
+                use $crate::law::declaration::numbers::*;
+                $($crate::law::declaration::Value::check(&self.$field, [$($name,)? stringify!($field)][0], const {
+                    $crate::law::declaration::Limits::of(&[$($number),*])
                 })?;)+
                 Ok(())
             }
@@ -312,10 +312,10 @@ macro_rules! words {
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
         pub enum $name { $($(#[$meta])* #[serde(rename = $text)] $word),+ }
 
-        impl $crate::parameters::Value for $name {
-            const KIND: $crate::parameters::Kind = $crate::parameters::Kind::Words(&[$($text),+]);
+        impl $crate::law::declaration::Value for $name {
+            const KIND: $crate::law::declaration::Kind = $crate::law::declaration::Kind::Words(&[$($text),+]);
 
-            fn check(&self, _name: &'static str, _limits: $crate::parameters::Limits) -> Result<(), $crate::error::Error> {
+            fn check(&self, _name: &'static str, _limits: $crate::law::declaration::Limits) -> Result<(), $crate::error::Error> {
                 Ok(())
             }
         }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Piece, Point};
 use crate::error::{Error, increasing};
-use crate::parameters::{Kind, Limits, Value};
+use crate::law::declaration::{Kind, Limits, Value};
 
 /// A function of one variable: constant, or linear between nodes and constant beyond the first and the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

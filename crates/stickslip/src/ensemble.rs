@@ -1,0 +1,5 @@
+//! Many runs: rows of values in one document, batches, sweeps.
+
+pub mod batch;
+pub mod rows;
+pub mod sweep;
