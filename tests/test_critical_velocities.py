@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import math
 from dataclasses import replace
@@ -17,7 +16,7 @@ import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.dynamics.continuation.arclength import Family, axis, corrected
 from stickslip.dynamics.continuation.branch import Branch
-from stickslip.dynamics.critical import critical
+from stickslip.dynamics.critical import branch_search, critical, runs
 from stickslip.dynamics.critical.vanishing import vanishing
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.errors import UnfinishedWarning
@@ -223,8 +222,8 @@ def test_a_fold_is_found_once_where_the_parameter_stands_still_along_the_branch(
 def test_no_cycle_is_looked_for_where_a_motion_decays_slowly(monkeypatch):
     system, _ = evidence.oscillator(50)
     tried = []
-    event_cycle = critical.event_cycle
-    monkeypatch.setattr(critical, "event_cycle", lambda *run, **how: tried.append(1) or event_cycle(*run, **how))
+    event_cycle = branch_search.event_cycle
+    monkeypatch.setattr(branch_search, "event_cycle", lambda *run, **how: tried.append(1) or event_cycle(*run, **how))
     assert dict(ss.critical_velocities(system, (0.04, 1.0))) == pytest.approx(
         {"fold": 0.054037256492, "end_of_stick_slip": 0.054037256492}, abs=1e-9
     )
@@ -252,7 +251,6 @@ def test_a_search_says_how_far_it_is():
 
 
 def test_a_search_says_that_it_goes_on_before_each_run_and_each_point(monkeypatch):
-    module = importlib.import_module("stickslip.dynamics.critical.critical")
     silent, most, add = {"runs": 0, "points": 0}, {"runs": 0, "points": 0}, Branch.add
 
     def counted(kind, of):
@@ -263,7 +261,7 @@ def test_a_search_says_that_it_goes_on_before_each_run_and_each_point(monkeypatc
 
         return call
 
-    monkeypatch.setattr(module, "shown", counted("runs", module.shown))
+    monkeypatch.setattr(runs, "shown", counted("runs", runs.shown))
     monkeypatch.setattr(Branch, "add", counted("points", add))
     law = ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0)
     ss.critical_velocities(

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.dynamics.periodic.manifold import Manifold, _stable, _unstable
@@ -161,13 +162,82 @@ def test_orbits_without_a_manifold_that_is_a_curve_are_refused():
     with pytest.raises(ss.InputError, match=r"nothing forces this oscillator.*show\.phase_plane"):
         ss.manifold(free)
     stable = ss.periodic_orbit(replace(SMOOTH, drive_velocity=3.0))
-    with pytest.raises(ss.InputError, match="one multiplier outside the unit circle and one inside it, got 0"):
+    with pytest.raises(ss.InputError, match="one multiplier outside the unit circle and the others inside it, got 0"):
         ss.manifold(stable)
-    with pytest.raises(ss.InputError, match="expected a periodic orbit of one mass, got Orbit"):
+    with pytest.raises(ss.InputError, match="expected a periodic orbit, got Orbit"):
         ss.manifold(ss.simulate(SMOOTH, 10.0))
     ageing = ss.Oscillator(0.1, 0.3, ss.laws.DwellTime(0.5, 0.5, 0.4), forcing=ss.Harmonic(0.1, 1.0))
     with pytest.raises(ss.InputError, match="DwellTime remembers more than position and velocity"):
         ss.manifold(ss.periodic_orbit(ageing))
+
+
+def test_the_manifold_of_a_mass_that_another_does_not_touch_is_that_of_one_mass(curves):
+    alone = [[1.0, 0.0], [0.0, 1.5]]
+    pair = ss.System(
+        [1, 1],
+        alone,
+        [[0.1, 0.0], [0.0, 0.6]],
+        [ss.Contact(0, SMOOTH.law, 1.0)],
+        forcing=ss.Force(0.1, 2 * math.pi / PERIOD),
+    )
+    found = ss.manifold(ss.periodic_orbit(pair, ([1.82055313, 0.0], [0.13246406, 0.0])), length=2.0, spacing=0.05)
+    assert found.multiplier == pytest.approx(curves["unstable"].multiplier, rel=1e-9)
+    known = curves["unstable"].points
+    for point in found.points[::20]:
+        assert distance(point[[0, 2]], known) < 2e-4
+        assert point[[1, 3]] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.fixture(scope="module")
+def two_cycles():
+    """An unstable cycle of two masses, 1 behind 0, between one nearly in unison and one of turns."""
+    system = ss.chain(2, ss.laws.ExponentialStribeck(1.0, 0.7, 0.3, 0.1), 0.3, coupling=2.0, damping=0.05)
+    orbit = ss.periodic_orbit(system, ([-0.7822, 0.4504], [-0.0923, 0.162]))
+    return orbit, ss.manifold(orbit, length=0.8, spacing=0.05)
+
+
+def test_the_unstable_manifold_of_a_cycle_leads_to_the_attractors_on_both_sides(two_cycles):
+    orbit, found = two_cycles
+    assert found.multiplier == pytest.approx(1.2433042, abs=1e-6)
+    assert found.multiplier == pytest.approx(float(orbit.multipliers[1].real), rel=1e-9)
+    periods = []
+    for curve in found.sides:
+        assert not np.nan_to_num(curve[:, 2]).any()
+        # Far along each side, and as near to the cycle as a start can tell it.
+        for start in (curve[-1], curve[5]):
+            settled = ss.simulate(orbit.system, 800.0, x0=start[:2], v0=start[2:])
+            periods.append(ss.periodic_orbit(orbit.system, settled).period)
+    assert periods[0] == pytest.approx(periods[1], rel=1e-9)
+    assert periods[2] == pytest.approx(periods[3], rel=1e-9)
+    starts = ([1.2, 1.2], [0.05, 0.0]), ([0.8, -0.4], [0.0, 0.0])
+    known = [ss.periodic_orbit(orbit.system, ss.simulate(orbit.system, 800.0, *start)) for start in starts]
+    assert all(cycle.stable for cycle in known)
+    assert sorted(periods[::2]) == pytest.approx(sorted(cycle.period for cycle in known), rel=1e-9)
+
+
+def test_the_unstable_manifold_of_a_cycle_is_mapped_onto_itself(two_cycles):
+    orbit, found = two_cycles
+    for curve in found.sides:
+        known = curve[np.isfinite(curve).all(axis=1)]
+        arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(known, axis=0), axis=1))])
+        for point in known[(arc > 0.02) & (arc < 0.3)][::3]:
+            run = ss.simulate(orbit.system, 1.5 * orbit.period, x0=point[:2], v0=point[2:])
+            times = np.linspace(0.1, 1.5 * orbit.period, 4001)
+            speeds = run.at(times)[1][:, 0]
+            falls = np.flatnonzero((speeds[:-1] > 0) & (speeds[1:] <= 0))
+            ends = times[falls[0]], times[falls[0] + 1]
+            at = brentq(lambda t, run=run: run.at(t)[1][0], *ends, xtol=1e-13)
+            assert distance(np.hstack(run.at(at)), known) < 1e-3
+
+
+def test_what_several_masses_have_no_curve_of_is_refused(two_cycles):
+    orbit, _ = two_cycles
+    with pytest.raises(ss.InputError, match=r"no curve: it has 2 dimensions in the section; take side=\"unstable\""):
+        ss.manifold(orbit, "stable")
+    with pytest.raises(ss.InputError, match="phase is that of a forcing, and nothing forces this system"):
+        ss.manifold(orbit, phase=0.5)
+    with pytest.raises(ss.InputError, match="contact must be a number from 0 to 1, got 2"):
+        ss.manifold(orbit, contact=2)
 
 
 def test_it_says_what_it_is(curves):

@@ -9,6 +9,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.dynamics.periodic import derivatives, exponents
+from stickslip.dynamics.periodic.cycles import from_section
 from stickslip.dynamics.periodic.event_sequence import EventSequence
 
 #: Steps of a fourth-order difference, and its weights.
@@ -223,3 +224,77 @@ def test_a_hundred_masses_have_a_periodic_orbit() -> None:
     one = ss.periodic_orbit(ss.Oscillator(0.05, 0.3, law))
     assert len(many.events) == 200
     assert many.period == pytest.approx(one.period, rel=1e-12)
+
+
+def settled(system: ss.System, t_end: float) -> ss.Orbit:
+    """A long run from positions that are all unlike."""
+    return ss.simulate(system, t_end, x0=0.3 * (np.arange(system.masses) * 0.618034 % 1.0))
+
+
+def shaken(masses: int) -> ss.System:
+    """A chain whose masses are forced at phases that are all unlike."""
+    chain = ss.chain(masses, ss.laws.StaticKinetic(1.0, 0.6), 0.1, coupling=1.0, damping=0.1)
+    angles = 2 * math.pi * (np.arange(masses) * 0.618034 % 1.0)
+    forcing = [ss.Force(0.6, 1.3, float(angle), mass) for mass, angle in enumerate(angles)]
+    return ss.System(chain.mass, chain.stiffness, chain.damping, chain.contacts, forcing)
+
+
+def multipliers_by_differences(cycle: ss.PeriodicOrbit, step: float) -> np.ndarray:
+    """Of the flow over one period from the middle of its longest phase, where a stuck mass can be moved, not sped up."""
+    durations, stuck = cycle.closed.durations, cycle.closed.sequence.stuck
+    phase = int(np.argmax(durations))
+    t0 = durations[: phase + 1].sum() - durations[phase] / 2
+    system, start = from_section(cycle.system, cycle.state[0] + t0), np.concatenate(cycle.orbit.at(t0))
+    masses = start.size // 2
+    free = np.concatenate([np.arange(masses), masses + np.flatnonzero(~stuck[phase])])
+    columns = []
+    for coordinate in free:
+        ends = []
+        for steps in STEPS:
+            x0, v0 = (start + steps * step * np.eye(start.size)[coordinate]).reshape(2, -1)
+            other = ss.simulate(system, cycle.period, x0=x0, v0=v0)
+            assert len(other.events) == len(cycle.events)
+            ends.append(np.concatenate(other.at(cycle.period))[free])
+        columns.append(sum(weight * end for weight, end in zip(WEIGHTS, ends, strict=True)) / step)
+    return np.linalg.eigvals(np.stack(columns, axis=-1))
+
+
+@pytest.mark.parametrize(
+    ("system", "t_end", "step"),
+    [
+        (
+            ss.chain(20, ss.laws.ExponentialStribeck(1.0, 0.9, 0.1, 0.3), 0.0178, coupling=3.0, damping=0.3),
+            6000.0,
+            1e-6,
+        ),
+        (ss.chain(20, ss.laws.StaticKinetic(1.0, 0.5), 0.0506, coupling=0.3), 4000.0, 1e-5),
+        (shaken(20), 400 * 2 * math.pi / 1.3, 1e-5),
+        pytest.param(shaken(100), 400 * 2 * math.pi / 1.3, 1e-6, marks=pytest.mark.slow),
+    ],
+    ids=["twenty by turns", "twenty of static and kinetic friction", "twenty shaken", "a hundred shaken"],
+)
+def test_multipliers_of_coupled_chains_are_those_of_differences_of_runs(
+    system: ss.System, t_end: float, step: float
+) -> None:
+    run = settled(system, t_end)
+    cycle = ss.periodic_orbit(system, run.at(t_end), t_end=16.0 if system.forcing else 40.0)
+    # Every mass slips.
+    assert cycle.closed.sequence.modes.any(axis=0).all()
+    assert cycle.stable
+    assert cycle.residual < 1e-12
+    # It is a motion of the system.
+    again = ss.simulate(from_section(system, cycle.state[0]), cycle.period, *cycle.orbit.at(0.0))
+    assert np.concatenate(again.at(cycle.period)) == pytest.approx(np.concatenate(cycle.orbit.at(0.0)), abs=1e-10)
+    differences = multipliers_by_differences(cycle, step)
+    known = cycle.multipliers[np.abs(cycle.multipliers) > 1e-2]
+    assert len(known) >= system.masses
+    assert max(np.abs(value - differences).min() for value in known) < 1e-7
+    assert max(np.abs(value - known).min() for value in differences[np.abs(differences) > 2e-2]) < 1e-7
+
+
+def test_a_chain_that_drifts_is_no_periodic_orbit() -> None:
+    """The slips of its masses hardly overlap: one phase keeps its distance to a return, 2.7e-4 a period, for any start."""
+    system = ss.chain(20, ss.laws.StaticKinetic(1.0, 0.5), 0.0274, coupling=0.3, damping=0.02)
+    run = settled(system, 12_000.0)
+    with pytest.raises(ss.InputError, match=r"the motion drifts by 2\.7e-04 of its size a period"):
+        ss.periodic_orbit(system, run)

@@ -67,14 +67,15 @@ def multipliers_plot(
     return ax
 
 
-def manifold_plot(manifolds: Manifold | Sequence[Manifold], ax: Axes | None = None) -> Axes:
-    """Draw stable and unstable manifolds in the stroboscopic section, with a cross at the orbit.
+def manifold_plot(manifolds: Manifold | Sequence[Manifold], ax: Axes | None = None, mass: int = 0) -> Axes:
+    """Draw stable and unstable manifolds in their section, with a cross at the orbit.
 
     Parameters
     ----------
     manifolds : from :func:`stickslip.manifold`, one or several.
     ax : axes to draw into, such as those of :func:`basins_plot` or :func:`section_plot`, whose limits and legend stay;
         default a new figure.
+    mass : whose position and velocity are drawn.
 
     Returns
     -------
@@ -87,8 +88,9 @@ def manifold_plot(manifolds: Manifold | Sequence[Manifold], ax: Axes | None = No
     several = list(manifolds) if isinstance(manifolds, Sequence) else [manifolds]
     known = ax.get_legend()
     for item in several:
-        ax.plot(*item.points.T, color=colours[item.side], lw=1.0, label=f"{item.side} manifold")
-        ax.plot(*item.fixed_point, "x", ms=7, mew=1.6, color=OKABE_ITO["black"])
+        columns = [mass, len(item.fixed_point) // 2 + mass]
+        ax.plot(*item.points[:, columns].T, color=colours[item.side], lw=1.0, label=f"{item.side} manifold")
+        ax.plot(*np.array(item.fixed_point)[columns], "x", ms=7, mew=1.6, color=OKABE_ITO["black"])
     if over:
         ax.axis(limits)
     else:

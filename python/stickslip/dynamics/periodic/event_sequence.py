@@ -80,6 +80,11 @@ def check(system: Any, who: str) -> Any:
             )
     if isinstance(system, Oscillator) and not isinstance(system.drive_velocity, float):
         raise InputError(f"{who}: drive_velocity must be a number; write a shaken drive as a forcing (see Drive)")
+    if system.springs:
+        raise InputError(
+            f"{who}: no derivative is known through springs that are not linear; put what is linear into stiffness, or "
+            "look at section and orbit_diagram, which take them"
+        )
     if isinstance(system, System):
         # The motion under heavy damping goes by its slow part, its derivatives by steps as short as the damping.
         mass = np.array(system.mass)

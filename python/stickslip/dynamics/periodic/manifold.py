@@ -1,4 +1,4 @@
-"""Stable and unstable manifolds of a periodic orbit of saddle type, in the stroboscopic section."""
+"""Stable and unstable manifolds of a periodic orbit of saddle type, in a section."""
 
 from __future__ import annotations
 
@@ -11,15 +11,17 @@ from typing import Any
 import numpy as np
 
 from stickslip import _core
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit, from_section
 from stickslip.dynamics.periodic.derivatives import fundamental_matrix
 from stickslip.dynamics.periodic.event_sequence import Floats
-from stickslip.dynamics.periodic.poincare_map import forcing_period
+from stickslip.dynamics.sections import Surface, contact_of, points_of
 from stickslip.errors import InputError
 from stickslip.files.checks import number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
-from stickslip.model.system import Oscillator
+from stickslip.model.drive import Drive
+from stickslip.model.system import Oscillator, System
+from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
 
 #: How far from the fixed point a manifold is taken for its tangent, relative to its extent.
@@ -46,26 +48,28 @@ Map = Callable[[Floats], Floats]
 class Manifold(ByContent, InNotebook):
     """One of the two manifolds of a saddle, in the section t = phase + n · period of the forcing.
 
+    Without forcing the section is where the position of one mass is greatest. A state is n positions and n velocities.
+
     Attributes
     ----------
     side : ``"unstable"`` or ``"stable"``.
-    fixed_point : x and v of the orbit in the section.
+    fixed_point : the state of the orbit in the section; x and v of one mass.
     multiplier : of the direction along it, per period of the orbit.
-    sides : a curve for each of the two sides, positions and velocities from the fixed point outwards, shape (n, 2); a row
-        of NaN where it jumps.
+    sides : a curve for each of the two sides, states from the fixed point outwards, shape (points, 2 n); a row of NaN where
+        it jumps.
     ends : why each side ended: ``"length"``, ``"most"`` points, ``"settled"`` on an attractor, ``"iterates"``,
         ``"diverged"``; of the stable one ``"lost"`` where no state nearby is mapped onto it.
     """
 
     side: str
-    fixed_point: tuple[float, float]
+    fixed_point: tuple[float, ...]
     multiplier: float
     sides: tuple[Floats, Floats] = field(repr=False)
     ends: tuple[str, str]
 
     @property
     def points(self) -> Floats:
-        """Both sides as one curve through the fixed point, shape (n, 2)."""
+        """Both sides as one curve through the fixed point, shape (points, 2 n)."""
         return np.vstack([self.sides[0][::-1], self.sides[1][1:]])
 
     def facts(self) -> dict[str, Any]:
@@ -90,25 +94,28 @@ def manifold(
     length: float | None = None,
     spacing: float | None = None,
     phase: float = 0.0,
+    contact: int = 0,
     most: int = 20_000,
 ) -> Manifold:
-    """The stable or the unstable manifold of a periodic orbit of saddle type, where it meets the stroboscopic section.
+    """The stable or the unstable manifold of a periodic orbit of saddle type, where it meets a section.
 
-    With the stroboscopic map P over the period of the orbit (over two of them where a multiplier is negative) and its fixed
-    point p: the unstable one is what a short segment of the tangent from p + ε e to P(p + ε e) becomes under P, P², …, starts
-    being inserted where neighbours part. The stable one is the curve of states that P maps onto the part of the curve that
-    is known: the next point lies on a circle around the last. P alone is asked, never its inverse: a stick forgets where it
+    The section is the stroboscopic one; without forcing it is where the position of one mass is greatest. With the map P of
+    the section over the period of the orbit (over two of them where a multiplier is negative) and its fixed point p: the
+    unstable one is what a short segment of the tangent from p + ε e to P(p + ε e) becomes under P, P², …, starts being
+    inserted where neighbours part. The stable one is the curve of states that P maps onto the part of the curve that is
+    known: the next point lies on a circle around the last. P alone is asked, never its inverse: a stick forgets where it
     came from, so that there is none. Under a stick the multiplier along it is 0, and the curve is mapped onto p at once.
 
     Parameters
     ----------
-    orbit : a closed orbit of one forced mass, from :func:`stickslip.periodic_orbit`, with one multiplier outside the unit
-        circle and one inside it.
-    side : ``"unstable"`` or ``"stable"``.
+    orbit : a closed orbit of one forced mass or of several masses, from :func:`stickslip.periodic_orbit`, with one
+        multiplier outside the unit circle and the others inside it.
+    side : ``"unstable"`` or, of one mass, ``"stable"``.
     length : of each of the two sides > 0, with v over the natural frequency; default five times the extent of the orbit.
     spacing : the greatest distance of neighbouring points > 0; default a two-hundredth of the extent of the orbit.
     phase : time of the section, in [0, period) of the forcing; that of :func:`stickslip.basins` and
         :func:`stickslip.section` is 0.
+    contact : without forcing, the contact whose mass has its greatest position in the section.
     most : the most points of a side.
 
     Returns
@@ -118,11 +125,13 @@ def manifold(
     Raises
     ------
     InputError
-        for an orbit that is no saddle or that nothing forces, and for a law that remembers more than the state (a static
-        friction that grows at rest, a branch of friction).
+        for an orbit that is no saddle, one mass that nothing forces, the stable manifold of several masses (no curve), and
+        a law that remembers more than the state (a static friction that grows at rest, a branch of friction).
 
     Limits: of a stable set that consists of several pieces only the one through p is found; it ends ``"lost"`` where the map
-    jumps, and where states that stick are mapped as one (whole areas are then mapped onto the curve).
+    jumps, and where states that stick are mapped as one (whole areas are then mapped onto the curve). Without forcing, P is
+    the return after as many maxima as the orbit has, so that it jumps where a motion has a maximum more. Several masses
+    take a run for each image of a point: some 0.1 ms an event.
 
     Source: You, Kostelich & Yorke, Int. J. Bifurcation Chaos 1 (1991) 605; Krauskopf & Osinga, J. Comput. Phys. 146 (1998)
     404; without an inverse: England, Krauskopf & Osinga, SIAM J. Appl. Dyn. Syst. 3 (2004) 161.
@@ -133,83 +142,182 @@ def manifold(
     >>> ss.manifold(orbit, length=3.0).ends
     ('length', 'length')
     """
-    system, period = _checked(orbit, side)
-    start = number("phase", phase, "manifold")
-    if not 0 <= start < period:
-        raise InputError(f"manifold: phase must lie in [0, {period:g}), the period of the forcing, got {phase!r}")
-    whole = orbit.forcing_periods * period
-    # The section of the orbit lies where its events do.
-    at = (start - orbit.state[0]) % whole
-    x, v = (float(value) for value in orbit.orbit.at(at))
-    drive = float(system.drive_velocity)
-    if abs(v - drive) < 1e-12 * max(abs(drive), abs(v)):
-        v = drive  # it sticks
-    shifted = _from(system, start)
-    rate = math.sqrt(system.stiffness / system.mass)
-    scales = np.array([1.0, rate])
-    fixed = np.array([x, v]) / scales
-    matrix = fundamental_matrix(simulate(shifted, whole, x, v)) * scales / scales[:, None]
+    _checked(orbit, side)
+    crossing = _strobe(orbit, phase) if orbit.forcing_periods else _maximum(orbit, phase, contact)
+    system, state = crossing.system, crossing.state
+    masses = len(state) // 2
+    scales = np.repeat([1.0, 2 * math.pi / system.natural_period], masses)
+    fixed = state / scales
+    whole = orbit.period
+    matrix = fundamental_matrix(simulate(system, whole, *_motion(system, state))) * scales / scales[:, None]
     multipliers, vectors = np.linalg.eig(matrix)
     order = np.argsort(-np.abs(multipliers))
-    if np.iscomplex(multipliers).any() or not abs(multipliers[order[0]]) > 1 > abs(multipliers[order[1]]):
+    if not orbit.forcing_periods:
+        # A disturbance along the motion shifts it in time: back to the section along it.
+        along = int(np.argmin(np.abs(multipliers - 1)))
+        flow, across = vectors[:, along], masses + crossing.mass
+        vectors = vectors - np.outer(flow, vectors[across] / flow[across])
+        order = order[order != along]
+    sizes = np.abs(multipliers[order])
+    if np.iscomplex(multipliers[order[0]]) or not sizes[0] > 1 > sizes[1]:
         raise InputError(
-            "manifold: expected an orbit with one multiplier outside the unit circle and one inside it, got "
-            f"{', '.join(f'{value:.4g}' for value in multipliers[order])}; the manifold of another is a point or an area"
+            "manifold: expected an orbit with one multiplier outside the unit circle and the others inside it, got "
+            f"{', '.join(f'{value:.4g}' for value in multipliers[order])}; the manifold of another is no curve"
         )
     which = order[0 if side == "unstable" else 1]
     multiplier, tangent = float(multipliers[which].real), np.real(vectors[:, which])
-    turns = 2 if (multipliers.real < 0).any() else 1
-    sampled = np.stack(orbit.orbit.at(np.linspace(0.0, whole, 400)), axis=1) / scales
+    turns = 2 if (multipliers[order[:2]].real < 0).any() else 1
+    sampled = np.column_stack(orbit.orbit.at(np.linspace(0.0, whole, 400))) / scales
     extent = float(np.ptp(sampled, axis=0).max())
     reach = _positive("length", length, 5 * extent)
     step = _positive("spacing", spacing, extent / 200)
-    period_map = _map(shifted, turns * whole, scales)
+    section_map = crossing.map(turns, scales)
     curves, ends = [], []
     for sign in (-1.0, 1.0):
         if side == "unstable":
-            grown = _unstable(period_map, fixed, sign * tangent, abs(multiplier) ** turns, extent, reach, step, most)
+            grown = _unstable(section_map, fixed, sign * tangent, abs(multiplier) ** turns, extent, reach, step, most)
         else:
-            grown = _stable(period_map, fixed, sign * tangent, extent, reach, step, most)
+            grown = _stable(section_map, fixed, sign * tangent, extent, reach, step, most)
         curves.append(grown[0] * scales)
         ends.append(grown[1])
-    return Manifold(side, (x, v), multiplier, (curves[0], curves[1]), (ends[0], ends[1]))
+    point = tuple(float(value) for value in state)
+    return Manifold(side, point, multiplier, (curves[0], curves[1]), (ends[0], ends[1]))
 
 
-def _checked(orbit: PeriodicOrbit, side: str) -> tuple[Oscillator, float]:
-    """The oscillator of an orbit, and the period of its forcing."""
-    if side not in ("stable", "unstable"):
-        raise InputError(f'manifold: side must be "stable" or "unstable", got {side!r}')
-    if not isinstance(orbit, PeriodicOrbit) or not isinstance(orbit.system, Oscillator):
+@dataclass(frozen=True)
+class _Crossing:
+    """Where an orbit meets a section: the system whose clock is 0 there, the state, and the map to the next such state.
+
+    `mass` is the one whose position is greatest in the section, `map` takes turns and scales.
+    """
+
+    system: Oscillator | System
+    state: Floats
+    mass: int
+    map: Callable[[int, Floats], Map]
+
+
+def _strobe(orbit: PeriodicOrbit, phase: float) -> _Crossing:
+    """The section at a time of the period of the forcing."""
+    period, start = orbit.period / orbit.forcing_periods, number("phase", phase, "manifold")
+    if not 0 <= start < period:
+        raise InputError(f"manifold: phase must lie in [0, {period:g}), the period of the forcing, got {phase!r}")
+    # The section of the orbit lies where its events do.
+    state = np.hstack(orbit.orbit.at((start - orbit.state[0]) % orbit.period))
+    system = from_section(orbit.system, start)
+
+    def period_map(turns: int, scales: Floats) -> Map:
+        duration = turns * orbit.period
+        if isinstance(system, Oscillator):
+            return _map(system, duration, scales)
+
+        def after(run: Orbit) -> Floats | None:
+            return np.concatenate(run.at(duration)) if run.stop == "t_end" else None
+
+        return _by_runs(system, duration, after, scales)
+
+    return _Crossing(system, _sticking(system, state), 0, period_map)
+
+
+def _maximum(orbit: PeriodicOrbit, phase: float, contact: int) -> _Crossing:
+    """The section where the position of the mass of a contact is greatest, at the greatest of the maxima of the orbit."""
+    if phase != 0.0:
         raise InputError(
-            f"manifold: expected a periodic orbit of one mass, got {type(orbit).__name__}; find one by periodic_orbit"
+            f"manifold: phase is that of a forcing, and nothing forces this system; leave it out, got {phase!r}"
         )
     system = orbit.system
-    period = forcing_period(system)
-    if period is None:
+    assert isinstance(system, System)
+    mass = system.contacts[contact_of(system, contact, "manifold")].mass
+    surface = Surface(normal=(0.0, 1.0, 0.0), direction=-1)
+    nearly = 1e-6 * orbit.period
+    around = simulate(system, orbit.period + 2 * nearly, *_motion(system, np.hstack(orbit.orbit.at(0.0))))
+    maxima = points_of(around, surface, nearly, contact)
+    if not len(maxima):
+        raise InputError(f"manifold: mass {mass} does not swing along this orbit; choose another contact")
+    count = len(maxima)
+    state = _sticking(system, np.hstack(around.at(maxima[np.argmax(maxima[:, 1]), 0])))
+    state[system.masses + mass] = 0.0
+
+    def return_map(turns: int, scales: Floats) -> Map:
+        def after(run: Orbit) -> Floats | None:
+            returns = points_of(run, surface, nearly, contact)
+            if len(returns) < turns * count:
+                return None
+            image = np.hstack(run.at(returns[turns * count - 1, 0]))
+            image[system.masses + mass] = 0.0
+            return image
+
+        # A motion apart from the orbit may take longer.
+        return _by_runs(system, 3 * turns * orbit.period, after, scales)
+
+    return _Crossing(system, state, mass, return_map)
+
+
+def _by_runs(
+    system: Oscillator | System, duration: float, after: Callable[[Orbit], Floats | None], scales: Floats
+) -> Map:
+    """The map by a run from each state; not a number where it does not come back."""
+
+    def image(states: Floats) -> Floats:
+        images = np.full(states.shape, np.nan)
+        for row, state in enumerate(states):
+            if np.isfinite(state).all():
+                end = after(simulate(system, duration, *_motion(system, _sticking(system, state * scales))))
+                images[row] = np.nan if end is None else end / scales
+        return images
+
+    return image
+
+
+def _motion(system: Oscillator | System, state: Floats) -> tuple[Any, Any]:
+    """Positions and velocities for a run."""
+    x, v = np.split(state, 2)
+    return (x, v) if isinstance(system, System) else (float(x[0]), float(v[0]))
+
+
+def _sticking(system: Oscillator | System, state: Floats) -> Floats:
+    """A state whose velocities are those of the drives to the last bit where they are but for rounding: it sticks."""
+    state = np.array(state, float)
+    masses = len(state) // 2
+    contacts = (
+        [(0, system)] if isinstance(system, Oscillator) else [(c.mass, c) for c in system.contacts if c.other is None]
+    )
+    for mass, contact in contacts:
+        drive = contact.drive_velocity
+        if not isinstance(drive, Drive) and abs(state[masses + mass] - drive) < 1e-12 * max(1e-300, abs(drive)):
+            state[masses + mass] = drive
+    return state
+
+
+def _checked(orbit: PeriodicOrbit, side: str) -> None:
+    """Refuse what has no manifold that is a curve."""
+    if side not in ("stable", "unstable"):
+        raise InputError(f'manifold: side must be "stable" or "unstable", got {side!r}')
+    if not isinstance(orbit, PeriodicOrbit):
+        raise InputError(f"manifold: expected a periodic orbit, got {type(orbit).__name__}; find one by periodic_orbit")
+    system = orbit.system
+    if isinstance(system, Oscillator) and not orbit.forcing_periods:
         raise InputError(
             "manifold: nothing forces this oscillator, so its orbit is itself the boundary of basins; draw it by "
             "show.phase_plane(orbit)"
         )
-    limits = system.law.break_away_force([0.0, 1.0, 1e6], [0.0, 1.0, 0.0])
-    if np.ptp(limits) > 0 or not _forgets(system.law):
+    if isinstance(system, System) and system.masses > 1 and side == "stable":
+        dimensions = 2 * system.masses - (1 if orbit.forcing_periods else 2)
         raise InputError(
-            f"manifold: {type(system.law).__name__} remembers more than position and velocity, so its section has more than "
-            "two dimensions; take a law with a constant static friction"
+            f"manifold: the stable manifold of an orbit of {system.masses} masses is no curve: it has {dimensions} "
+            'dimensions in the section; take side="unstable", or find the basins that it bounds by basins'
         )
-    return system, period
+    for law in {contact.law for contact in (system.contacts if isinstance(system, System) else [system])}:
+        if np.ptp(law.break_away_force([0.0, 1.0, 1e6], [0.0, 1.0, 0.0])) > 0 or not _forgets(law):
+            raise InputError(
+                f"manifold: {type(law).__name__} remembers more than position and velocity, so its section has more "
+                "dimensions; take a law with a constant static friction"
+            )
 
 
 def _forgets(law: Any) -> bool:
     """Whether the kinetic force is a function of the slip velocity."""
     return type(law).__name__ not in ("BogaczRyczek", "TwoBranch")
-
-
-def _from(system: Oscillator, start: float) -> Oscillator:
-    """The system whose clock is 0 at a time."""
-    from stickslip.dynamics.periodic.cycles import from_section
-
-    moved: Oscillator = from_section(system, start)
-    return moved
 
 
 def _positive(name: str, value: float | None, default: float) -> float:

@@ -24,6 +24,8 @@ _NO_SIZE = 1e-290
 _ROUNDING = 1e-13
 #: Below this share of the period there is no stick: one that has vanished closes to rounding where slip is neutral.
 _NO_STICK = 1e-7
+#: What no step takes away of a defect is a drift of the motion where it is more than this part of it.
+_DRIFT = 1e-10
 #: A step of Newton's method is not halved below this.
 _RESOLUTION = 1e-12
 #: Rounding leaves a double root undecided by its root, of which this is four times; so many slow steps down to it show one.
@@ -215,9 +217,9 @@ def close(
         if (error < 1e-14 and fixed) or (done > 2 and error < 1e-9 and error >= 0.25 * best):
             stalled += 1
             if stalled > 1 or (error < 1e-14 and fixed):
-                return here, done + 1
+                return without_drift(here, jacobian @ step, size), done + 1
         if error < _DOUBLE and slow(errors):
-            return replace(here, multiple=True), done + 1
+            return replace(without_drift(here, jacobian @ step, size), multiple=True), done + 1
         best = min(best, error)
         # A step beyond a fifth of the motion is no correction any more.
         last = (here, np.asarray(step * min(1.0, 0.2 / max(error, 1e-300)), float))
@@ -226,6 +228,25 @@ def close(
         f"periodic_orbit: no periodic orbit of this event sequence near the guess (the last step is {best:.1e} of the "
         "motion): give another guess or simulate longer first"
     )
+
+
+def without_drift(here: Return, within: Floats, size: Floats) -> Return:
+    """What Newton's method has settled on; `within` is the part of its defect that steps can take away.
+
+    Raises
+    ------
+    InputError
+        where more is left: between masses whose slips never overlap nothing holds a phase, and where their periods differ
+        each return lies as far from the one before.
+    """
+    drift = float((np.abs(here.defect - within) / size).max(initial=0.0))
+    if drift > _DRIFT:
+        raise InputError(
+            f"periodic_orbit: the motion drifts by {drift:.1e} of its size a period in a direction in which nothing draws it "
+            "back, so no motion of this event sequence closes; simulate until the drift has led to other events, and take "
+            "the end as the guess"
+        )
+    return here
 
 
 def slow(errors: Sequence[float]) -> bool:
