@@ -163,6 +163,29 @@ def test_stick_time_tied_to_force_rate_is_said():
     assert "tied" in " ".join(found.notes)
 
 
+def test_a_fall_from_record_to_record_is_no_effect_of_rest():
+    trees = []
+    for seed, (rest, level) in enumerate([(2.0, 0.68), (0.02, 0.7)]):
+        random = np.random.default_rng(seed)
+        t_s = rest * np.exp(0.2 * random.standard_normal(60))
+        force = level + 0.002 * random.standard_normal(60)
+        trees.append(friction(t_s, force, np.full(60, 0.1 / rest)))
+    found = fit_static_friction(trees)
+    assert found.fits["logarithmic"].parameters.loc["slope", "high"] < 0
+    assert found.chosen == "constant"
+    assert "Rest makes nothing weaker" in " ".join(found.notes)
+    # The other way round it may be growth.
+    assert (
+        fit_static_friction(
+            [
+                friction(np.full(60, rest), np.linspace(level - 0.004, level + 0.004, 60), np.full(60, 0.1 / rest))
+                for rest, level in ((2.0, 0.7), (0.02, 0.68))
+            ]
+        ).chosen
+        != "constant"
+    )
+
+
 def test_free_force_rate_is_not_called_tied():
     random, t_s = scattered(7)
     rate = 10 ** random.uniform(-1, 1, t_s.size)
@@ -209,6 +232,20 @@ def test_drift_along_the_record_is_taken_off_and_said():
     assert found.relative
     assert found.fits["logarithmic"].parameters.loc["slope", "value"] == pytest.approx(0.05, abs=0.004)
     assert "drifts" in found.notes[0]
+
+
+def test_where_friction_drifts_a_break_away_without_its_slip_is_left_out():
+    random, t_s = scattered(8)
+    drift = 0.1 * np.sin(np.arange(t_s.size) / 15)
+    force = 0.6 + drift + 0.05 * np.log10(t_s) + 0.004 * random.standard_normal(t_s.size)
+    whole = friction(t_s, force, per_slip=drift)
+    cut = xr.DataTree.from_dict(
+        {"/": whole.to_dataset().isel(time=slice(-6)), "/break_away": whole["break_away"].to_dataset(False)}
+    )
+    found = fit_static_friction(cut)
+    assert found.relative
+    assert len(found.rows) == t_s.size - 1
+    assert found.fits["logarithmic"].parameters.loc["slope", "value"] == pytest.approx(0.05, abs=0.004)
 
 
 def test_too_few_break_aways_are_refused():

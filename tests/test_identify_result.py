@@ -151,3 +151,15 @@ def test_a_result_survives_a_pickle_and_a_copy_and_compares_by_content(found):
     assert pickle.loads(pickle.dumps(found.static)).best(1.0) == found.static.best(1.0)
     assert replace(found, rms=2 * found.rms) != found
     assert found != "an identification"
+
+
+def test_friction_that_would_drive_beyond_the_records_is_named():
+    law = ss.laws.ExponentialStribeck(break_away=2.9, kinetic=1.9, scale=15.0, viscous=-0.05, exponent=2.0)
+    orbit = ss.simulate(ss.Oscillator(0.02, 8.8, law, mass=0.06, stiffness=17.0), 6.0)
+    record = friction_of_orbit(orbit, np.arange(0, 6, 2e-3), 0.02)
+    found = identify(record, law="ExponentialStribeck")
+    (said,) = [note for note in found.notes if "changes its sign near w = " in note]
+    near = float(said.split("w = ")[1].split()[0])
+    assert found.law.kinetic_force(0.9 * near) > 0 > found.law.kinetic_force(1.1 * near)
+    found = identify(record, law="ExponentialStribeck", fixed={"viscous": 0.0})
+    assert not any("changes its sign" in note for note in found.notes)

@@ -1,6 +1,11 @@
 """A whole experiment in one run: in parallel, resumable, each failure one line."""
 
 import json
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -71,6 +76,7 @@ def test_an_experiment_runs_past_a_bad_record_and_is_not_done_twice(folder, caps
         ({"rig": "nothing.toml"}, "no such file"),
         ({"rig": RIG | {"stiffness": -1}}, "stiffness must be a positive number"),
         ({"rig": {"column": "x"}}, "instrument is missing"),
+        ({"track": {"masess": 2}}, r"setup: unknown key 'masess' .did you mean 'masses'"),
         ({"law": "Coulom"}, "unknown law 'Coulom' .did you mean 'Coulomb'"),
     ],
 )
@@ -110,6 +116,54 @@ def test_what_differs_from_record_to_record_stands_in_each(tmp_path):
     by_stem = Experiment(plan.records, plan.rig, each={"pull-2": {"drive_velocity": 0.8}}, folder=plan.folder)
     assert len(by_stem.sources()) == len(plan.sources())
     with pytest.raises(InputError, match=r"each names 'pull-9\.csv', and no record has such a name"):
-        Experiment((str(tmp_path / "pull-*.csv"),), RIG, each={"pull-9.csv": {"mass": 2.0}}).sources()
+        run(Experiment((str(tmp_path / "pull-*.csv"),), RIG, each={"pull-9.csv": {"mass": 2.0}}))
     with pytest.raises(InputError, match="each must be tables of rig keys"):
         Experiment(("a.csv",), RIG, each={"a.csv": 2.0})
+
+
+def test_a_record_that_still_grows_does_not_keep_the_others_waiting(folder):
+    runs, tables, looks = folder / "runs", [], []
+    (runs / "bad.csv").unlink()
+    plan = Experiment.of(
+        {**Experiment.of(folder / "experiment.toml").to_dict(), "each": {"late.csv": {"damping": 0.05}}}
+    )
+    plan = replace(plan, folder=folder, law="")
+    whole = (runs / "good.csv").read_text()
+
+    def stop():
+        looks.append(len(tables))
+        if len(looks) <= 5:
+            (runs / "late.csv").write_text(whole if len(looks) == 5 else whole[: 200 * len(looks)])
+        if len(looks) == 3:  # one comes and goes
+            (runs / "gone.csv").write_text(whole)
+        if len(looks) == 4:
+            (runs / "gone.csv").unlink()
+        return len(looks) == 8
+
+    watch(plan, every=0.001, stop=stop, on_table=tables.append)
+    assert [dict(table["state"]) for table in tables] == [
+        {"good": "measured"},
+        {"good": "finished before", "late": "measured"},
+    ]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize("how", ["SIGKILL", "SIGINT"])
+def test_a_run_that_is_stopped_leaves_no_process_and_goes_on_later(tmp_path, how):
+    for number in range(5):
+        write(tmp_path / f"{number:02d}.csv", number)
+    rig = "\n".join(f"{key} = {json.dumps(value)}" for key, value in RIG.items())
+    document = tmp_path / "experiment.toml"
+    document.write_text(f'records = ["*.csv"]\nlaw = ""\nworkers = 1\n[rig]\n{rig}\n')
+    command = [sys.executable, "-m", "stickslip", "run", str(document)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True) as process:
+        process.stderr.readline()  # the first is finished
+        process.send_signal(getattr(signal, how))
+        process.wait()
+        # the pipe of messages closes when the last process that has it ends: workers would keep it open
+        said = process.stderr.read().decode()
+    assert (process.returncode, "interrupted" in said) == ((130, True) if how == "SIGINT" else (-9, False))
+    done = len(list((tmp_path / "results").glob("*/finished.json")))
+    assert 1 <= done < 5
+    states = list(run(document)["state"])
+    assert (states.count("finished before"), states.count("measured")) == (done, 5 - done)

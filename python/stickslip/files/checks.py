@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from stickslip.errors import InputError
@@ -23,19 +23,6 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """
     close = difflib.get_close_matches(word, list(known), n=1)
     return f" (did you mean {close[0]!r}?)" if close else ""
-
-
-def check_keys(table: Mapping[str, Any], known: Iterable[str], required: Iterable[str], where: str) -> None:
-    """Refuse a table with unknown or missing keys; `where` names it in the sentence."""
-    if not isinstance(table, Mapping):
-        raise InputError(f"{where}: expected a table with the keys {', '.join(known)}, got {table!r}")
-    known = list(known)
-    for key in table:
-        if key not in known:
-            raise InputError(f"{where}: unknown key {key!r}{did_you_mean(key, known)}; known are {', '.join(known)}")
-    for key in required:
-        if key not in table:
-            raise InputError(f"{where}: {key} is missing; add a line `{key} = ...`")
 
 
 def number(name: str, value: object, where: str) -> float:

@@ -10,7 +10,7 @@ import inspect
 import re
 import types
 import typing
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, Union
@@ -19,7 +19,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.files.checks import check_keys, did_you_mean, number
+from stickslip.files.checks import did_you_mean, number
 from stickslip.files.disk import read_toml, toml_table
 from stickslip.files.notebook import InNotebook, shortened
 from stickslip.files.units import FARTHEST, quantity, si_unit
@@ -51,6 +51,19 @@ class Says:
 
     what: str
     many: str = "values"
+
+
+def check_keys(table: Mapping[str, Any], known: Iterable[str], required: Iterable[str], where: str) -> None:
+    """Refuse a table with unknown or missing keys; `where` names it in the sentence."""
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where}: expected a table with the keys {', '.join(known)}, got {table!r}")
+    known = list(known)
+    for key in table:
+        if key not in known:
+            raise InputError(f"{where}: unknown key {key!r}{did_you_mean(key, known)}; known are {', '.join(known)}")
+    for key in required:
+        if key not in table:
+            raise InputError(f"{where}: {key} is missing; add a line `{key} = ...`")
 
 
 Positive = Annotated[float, Limits(above=0)]

@@ -42,6 +42,8 @@ FREE_LEVEL, FALL = "static.kinetic", ("kinetic.break_away", "kinetic.kinetic", "
 """Names in a `Combined` law of the level from which static friction grows, and of a fall of kinetic friction."""
 WIDE = 0.25
 """Width of the fall that is tried beside the guessed one, over the fastest slip."""
+FAR = 10.0
+"""Up to so many times the fastest slip of the records a law is asked whether its friction drives."""
 
 
 @dataclass(frozen=True)
@@ -454,10 +456,18 @@ def _measured_range(records: Sequence[FrictionRecord], law: Law) -> list[str]:
     unit = records[0].units.get("slip_velocity", "1")
     if isinstance(law, StateLaw) or np.ptp(law.kinetic_force(np.array([0.5, 1.0, 1.5]) * fastest)) == 0:
         return []
-    return [
-        f"The records hold slip up to w = {fastest:.3g}{'' if unit == '1' else ' ' + unit}: beyond it the form of the law is "
-        "extrapolated."
-    ]
+    of_unit = "" if unit == "1" else f" {unit}"
+    notes = [f"The records hold slip up to w = {fastest:.3g}{of_unit}: beyond it the form of the law is extrapolated."]
+    beyond = fastest * np.geomspace(1.0, FAR, 300)
+    drives = np.sign(np.stack([law.kinetic_force(beyond), -law.kinetic_force(-beyond)])).min(axis=0) < 0
+    if drives.any():
+        first = float(beyond[np.argmax(drives)])
+        notes.append(
+            f"By its form friction changes its sign near w = {first:.2g}{of_unit} and drives the slip from there on: a "
+            "motion that gets there may grow without end. Simulate no faster slip, or hold the part that falls with the "
+            "slip velocity at zero (--fixed) where the records do not tell it from that."
+        )
+    return notes
 
 
 def undecided(parameters: pd.DataFrame, covariance: pd.DataFrame) -> list[str]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from stickslip.laws.asymmetric import Asymmetric as Asymmetric
 from stickslip.laws.bands import friction_table as friction_table
 from stickslip.laws.bogacz_ryczek import BogaczRyczek as BogaczRyczek
-from stickslip.laws.bogacz_ryczek import StaticFriction as StaticFriction
 from stickslip.laws.bouc_wen import BoucWen as BoucWen
 from stickslip.laws.code import law_code as law_code
 from stickslip.laws.combined import Combined as Combined
@@ -34,6 +33,7 @@ from stickslip.laws.rate_state import RateState as RateState
 from stickslip.laws.rational import Rational as Rational
 from stickslip.laws.regularised import Regularised as Regularised
 from stickslip.laws.smooth_function import smooth_from_function as smooth_from_function
+from stickslip.laws.static_friction import StaticFriction as StaticFriction
 from stickslip.laws.static_kinetic import StaticKinetic as StaticKinetic
 from stickslip.laws.tabulated import Tabulated as Tabulated
 from stickslip.laws.tabulation import from_function as from_function

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import xarray as xr
 
-from stickslip.measurement.force import Friction
+from stickslip.measurement.force import Friction, Release
 from stickslip.measurement.sticks import Stick
 
 
@@ -40,26 +40,30 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
         row += 1
         a, b = np.searchsorted(time, [stick.start, stick.end])
         rate, rate_error = _slope(friction, int(a), int(b))
-        later, own_error = friction.releases.get(stick.end, (0.0, stick.end_error))
-        end_error = math.hypot(own_error, friction.late)
+        known_rate = rate if math.isfinite(rate) else 0.0
+        release = friction.releases.get(stick.end)
+        if release is None:
+            own_error = math.hypot(float(level_error[row]), known_rate * stick.end_error)
+            release = Release(0.0, stick.end_error, 0.0, own_error)
+        end_error = math.hypot(release.error, friction.late)
         following = sticks[number + 1].start if number + 1 < len(sticks) else time[-1]
         c = int(np.searchsorted(time, following, side="right"))
         drop = float("nan")
         if number + 1 < len(sticks) and c > b:
             drop = o.stiffness * (float(np.interp(stick.end, time, friction.extension)) - friction.extension[b:c].min())
-        stick_time = stick.end + later - stick.start if stick.starts else float("nan")
+        stick_time = stick.end + release.later - stick.start if stick.starts else float("nan")
         extra, extra_rate = friction.added.get(stick.end, (0.0, 0.0))
-        force_error = math.hypot(float(level_error[row]), rate * end_error if math.isfinite(rate) else 0.0)
-        force_error = math.hypot(force_error, extra_rate * own_error, friction.common)
+        shared = math.hypot(known_rate * friction.late, friction.common)
+        force_error = math.hypot(release.force_error, extra_rate * release.error, shared)
         rows.append(
             [
-                stick.end + later,
+                stick.end + release.later,
                 end_error,
                 stick_time,
                 math.hypot(stick.start_error, end_error),
                 rate,
                 rate_error,
-                float(forces[row]) + extra + (o.stiffness * o.drive_velocity + extra_rate) * later,
+                float(forces[row]) + extra + release.higher + extra_rate * release.later,
                 force_error,
                 drop,
                 math.sqrt(2) * force_error,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,22 @@ Array = npt.NDArray[np.float64]
 
 FEWEST_SLIPS, LEAST_OF_SLIP = 5, 20
 """Slips that tell how they swing, and samples of each."""
+
+
+class Release(NamedTuple):
+    """A break-away as the slip after it tells it.
+
+    Attributes
+    ----------
+    later, error : time in s by which it is later than the end of the stick, and its standard error.
+    higher, force_error : force in N by which it is higher than at the end of the stick, and the standard error of the force:
+        a stick that is seen too high seems to release too late, so the two errors take from each other.
+    """
+
+    later: float
+    error: float
+    higher: float
+    force_error: float
 
 
 @dataclass(frozen=True)
@@ -38,8 +55,7 @@ class Friction:
     noise : residual standard deviation of x; where noise is coloured, of white noise of the same density.
     cutoff : in Hz, of slips and creeping sticks.
     fit : the pieces.
-    releases : end of a stick -> time in s by which its break-away is later than that, where the slips tell it better, and its
-        standard error.
+    releases : end of a stick -> its break-away, where the slips tell it better.
     late : standard error in s by which all break-aways may be seen early or late together, beside what sets them apart.
     common : standard error in N that all forces of the record share.
     added : time of a break-away -> force of a ripple of the drive there, which the fit does not hold, and its rate.
@@ -56,7 +72,7 @@ class Friction:
     noise: float
     cutoff: dict[Part, float]
     fit: PiecewiseFit
-    releases: dict[float, tuple[float, float]] = field(default_factory=dict)
+    releases: dict[float, Release] = field(default_factory=dict)
     late: float = 0.0
     common: float = 0.0
     added: dict[float, tuple[float, float]] = field(default_factory=dict)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import logsumexp
 
-from stickslip.measurement.force import Friction
+from stickslip.measurement.force import Friction, Release
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.stick_limits import FEW
 from stickslip.measurement.sticks import Stick, own_period
@@ -113,9 +113,11 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
         held = sum(slip.error**2 for slip in slips) / len(slips) ** 2
         return replace(changed, late=math.sqrt(max(UNEVEN**2 * late - held, 0.0)))
     shares = np.exp(without - logsumexp(without))
-    means = shares @ np.array([curve.later for curve in curves])
-    spread = shares @ np.array([(curve.later - means) ** 2 + curve.variances for curve in curves])
-    found = zip(means.tolist(), np.sqrt(spread).tolist(), strict=True)
+    # each release, and the force at it: both with their spread over the shifts
+    told = np.array([curve.told for curve in curves])
+    means = np.tensordot(shares, told, 1)
+    spread = np.sqrt(np.tensordot(shares, (told - means) ** 2 + np.array([curve.variances for curve in curves]), 1))
+    found = [Release(*one) for one in np.column_stack([means, spread])[:, [0, 2, 1, 3]].tolist()]
     return replace(changed, releases={slip.start: one for slip, one in zip(slips, found, strict=True)})
 
 
@@ -130,7 +132,7 @@ class _Limits:
     path : u = V t - x when it begins.
     speeds : (FINE,) slip speeds at even times since then.
     origin : time at which u = -x.
-    error : standard error of `start`.
+    error, path_error : standard errors of `start` and of `path`.
     """
 
     samples: slice
@@ -140,6 +142,7 @@ class _Limits:
     speeds: Array
     origin: float
     error: float
+    path_error: float
 
     def level(self, o: OscillatorConstants, shift: float) -> float:
         """x where the slip begins so much later."""
@@ -148,12 +151,12 @@ class _Limits:
 
 @dataclass(frozen=True)
 class _Slip:
-    """The motion of one slip, x = known + moves @ (shift, c) + changes @ a.
+    """The motion of one slip, x = known + moves @ (shift, c, path) + changes @ a.
 
     Attributes
     ----------
     rest : (n,) x minus what is known; these three are times the roots of the weights of the samples.
-    moves : (n, 2) what a later release adds to x, per s, and what friction adds, per N.
+    moves : (n, 3) what a later release adds to x, per s, what friction adds, per N, and a higher path of the stick.
     changes : (n, numbers) what each change of friction adds, per N.
     """
 
@@ -173,7 +176,8 @@ class _Curve:
     weights, means, covariances : of the numbers a for each amplitude.
     offset, early : mean release minus the one used without a change, and what one of each number adds to it, in s.
     own : variance of that mean by the noise of the slips alone.
-    later, variances : of the release of each slip without a change, after the one used, in s, and their variances.
+    told, variances : (slips, 2) the release of each slip without a change, after the one used, in s, and the force there,
+        above the one at the release used, in N; their variances.
     constants, raised : constant friction of each slip without a change, and what one of each number adds to it.
     """
 
@@ -186,7 +190,7 @@ class _Curve:
     offset: float
     early: Array
     own: float
-    later: Array
+    told: Array
     variances: Array
     constants: Array
     raised: Array
@@ -221,9 +225,10 @@ def _limits(friction: Friction, sticks: list[Stick]) -> list[_Limits]:
     speeds = np.maximum(fit.evaluate(times.ravel(), 1).reshape(times.shape), 0.0)
     paths = fit.evaluate(starts, 0).tolist()
     origin = float(fit.time[0])
+    errors = fit.deviation(starts, {0: 1.0}, friction.noise).tolist()
     return [
-        _Limits(samples, stick.end, length, path, w, origin, stick.end_error)
-        for (stick, length, samples), path, w in zip(seen, paths, speeds, strict=True)
+        _Limits(samples, stick.end, length, path, w, origin, stick.end_error, error)
+        for (stick, length, samples), path, w, error in zip(seen, paths, speeds, errors, strict=True)
     ]
 
 
@@ -241,7 +246,8 @@ def _slip(friction: Friction, limits: _Limits, fastest: float, shift: float) -> 
     half, own = _own(o)
     fades, cosine, sine = np.exp(-half * since), np.cos(own * since), np.sin(own * since) / own
     kicked = (fades * sine).real
-    free = at * (fades * cosine).real + (drive + half * at) * kicked
+    swing = (fades * cosine).real + half * kicked
+    free = at * swing + drive * kicked
     # until it is gone from where the two releases differ, the mass gathers speed evenly
     known = np.linspace(0.0, limits.length, FINE)
     joined = 2 * abs(shift) + fit.step
@@ -253,24 +259,28 @@ def _slip(friction: Friction, limits: _Limits, fastest: float, shift: float) -> 
     # a later release shifts the motion, and the spring is then wound up by as much more at each time
     later = speeds - o.stiffness * drive * answers[:, 0]
     after = fit.time[part] - limits.start - shift
-    columns = np.column_stack([free, later, answers])
+    columns = np.column_stack([free, later, answers[:, 0], -swing, answers[:, 1:]])
     seen = np.column_stack([np.interp(after, since, one) for one in columns.T])
     seen[after <= 0] = 0.0
     seen[after <= 0, 0] = (at + drive * after)[after <= 0]
+    seen[after <= 0, 3] = -1.0
     seen *= root[:, None]
     x = drive * (fit.time[part] - fit.time[0]) - fit.path[part]
-    return _Slip(root * x - seen[:, 0], seen[:, 1:3], seen[:, 3:])
+    return _Slip(root * x - seen[:, 0], seen[:, 1:4], seen[:, 4:])
 
 
 def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: float, shift: float, unit: float) -> _Curve:
     """Posterior of the numbers a at this shift of all releases: what is each slip's own taken out, all slips together."""
-    size, count, variance = HALVINGS + 1, len(limits), friction.noise**2
+    size, count, variance, o = HALVINGS + 1, len(limits), friction.noise**2, friction.fit.oscillator
+    # the release, and the force at it, by (shift, c, path)
+    tells = np.array([[1.0, 0.0, 0.0], [o.stiffness * o.drive_velocity, 0.0, -o.stiffness]])
     square, linear, rest = np.zeros((size, size)), np.zeros(size), 0.0
-    offset, early, own, later, variances, constants, raised = shift, np.zeros(size), 0.0, [], [], [], []
+    offset, early, own, told, variances, constants, raised = shift, np.zeros(size), 0.0, [], [], [], []
     for one in limits:
         slip = _slip(friction, one, fastest, shift)
         matrix = slip.moves.T @ slip.moves / variance
         matrix[0, 0] += 1 / (unit**2 + one.error**2)
+        matrix[2, 2] += 1 / one.path_error**2
         covariance = np.linalg.inv(matrix)
         inverse = covariance @ slip.moves.T / variance
         mine, mine_rows = inverse @ slip.rest, inverse @ slip.changes
@@ -281,8 +291,8 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
         offset += float(mine[0]) / count
         early -= mine_rows[0] / count
         own += float(covariance[0, 0]) / count**2
-        later.append(shift + float(mine[0]))
-        variances.append(float(covariance[0, 0]))
+        told.append(tells @ mine + tells[:, 0] * shift)
+        variances.append(np.sum((tells @ covariance) * tells, axis=1))
         constants.append(float(mine[1]))
         raised.append(-mine_rows[1])
     means, covariances, evidences = [], [], []
@@ -306,7 +316,7 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
         offset=offset,
         early=early,
         own=own,
-        later=np.array(later),
+        told=np.array(told),
         variances=np.array(variances),
         constants=np.array(constants),
         raised=np.array(raised),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -298,16 +299,25 @@ class _OneStick:
         """Deviance with one limit there, the level of the stick held."""
         return (self.rest(*sorted((at, self.middle))) + self.beside(joint, at, model)).constant
 
+    @cached_property
+    def ends(self) -> Array:
+        """Where a release is looked for."""
+        return self.positions()[1]
+
     def near_last(self, model: SlipModel) -> float:
-        """Least deviance over the positions of a release, near the first that was found so."""
+        """Least deviance over the positions of a release, near the first that was found so.
+
+        Beyond where releases are looked for, a prior that lets the slip run through the stick would win.
+        """
 
         def value(at: float) -> float:
             return self.value("hard", model, at)
 
         step = 0.5 * self.model.step
-        lowest, highest = self.middle + 2 * step, self.high - MARGIN * self.model.step - 2 * step
         if self.first is None:
-            self.first = min(self.positions()[1].tolist(), key=value)
+            self.first = min(self.ends.tolist(), key=value)
+        lowest = max(self.middle + 2 * step, float(self.ends[0]))
+        highest = min(self.high - MARGIN * self.model.step - 2 * step, float(self.ends[-1]))
         at = float(np.clip(self.first, lowest, highest))
         left, here, right = (value(at + side) for side in (-step, 0.0, step))
         while left < here and at - step > lowest:

@@ -6,11 +6,11 @@ import glob
 import hashlib
 import json
 import math
-import multiprocessing
 import time
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Generator, Mapping
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatch
 from pathlib import Path
@@ -21,6 +21,7 @@ from stickslip.files.checks import did_you_mean, number
 from stickslip.files.disk import read_toml, write_whole
 from stickslip.files.netcdf import write_netcdf
 from stickslip.files.schema import Count, Document, FilePath, Says
+from stickslip.files.worker_processes import worker_processes
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -102,11 +103,6 @@ class Experiment(Document):
         names = [path.stem if stems.count(path.stem) == 1 else f"{path.parent.name}-{path.name}" for path in found]
         if len(set(names)) < len(names):
             raise InputError("run: two records would have one folder of results; rename one of them")
-        for pattern in self.each:
-            if found and not any(_named(path, pattern) for path in found):
-                raise InputError(
-                    f"run: each names {pattern!r}, and no record has such a name; correct each, or records"
-                )
         return dict(zip(names, found, strict=True))
 
     def rig_of(self, path: Path) -> Any:
@@ -151,21 +147,29 @@ def run(
     Raises
     ------
     InputError
-        for a wrong document, a law that there is not, a rig that is wrong for every record (before any is measured), where no
-        record is found, or the folder cannot be made.
+        for a wrong document, a law that there is not, a wrong setup, a rig that is wrong for every record (before any is
+        measured), where no record is found, or the folder cannot be made.
 
     Examples
     --------
     >>> table = run("experiment.toml")  # doctest: +SKIP
     """
-    import pandas as pd
-
     plan = Experiment.of(experiment)
     sources = plan.sources()
     if not sources:
         raise InputError(
             f"run: no record matches {', '.join(plan.records)} in {plan.folder.resolve()}; correct records"
         )
+    for pattern in plan.each:
+        if not any(_named(path, pattern) for path in sources.values()):
+            raise InputError(f"run: each names {pattern!r}, and no record has such a name; correct each, or records")
+    return _run(plan, sources, again, progress)
+
+
+def _run(plan: Experiment, sources: Mapping[str, Path], again: bool, progress: Progress | None) -> pd.DataFrame:
+    """The run of these records."""
+    import pandas as pd
+
     for key in ("rig", "track"):
         if isinstance(path := plan.said(key), str):
             read_toml(path, f"{key} file")
@@ -177,10 +181,11 @@ def run(
             f"{plan.results}: the folder cannot be made ({error.strerror}); choose another output"
         ) from None
     rows = {}
-    for done, (name, row) in enumerate(_rows(plan, sources, again), start=1):
-        rows[name] = row
-        if progress is not None:
-            progress(f"{name} {row['state']}", done, len(sources))
+    with closing(_rows(plan, sources, again)) as finished:
+        for done, (name, row) in enumerate(finished, start=1):
+            rows[name] = row
+            if progress is not None:
+                progress(f"{name} {row['state']}", done, len(sources))
     table = pd.DataFrame.from_dict({name: rows[name] for name in sources}, orient="index").rename_axis("record")
     if progress is not None and plan.law:
         progress("identifying the law", len(sources), len(sources))
@@ -192,11 +197,14 @@ def _check(plan: Experiment, sources: Mapping[str, Path]) -> None:
     """Refuse what would fail at the end of every record, or after all of them."""
     from stickslip.laws import Law
     from stickslip.measurement import load_rig
+    from stickslip.tracking.setup import Setup
 
     if plan.law not in ("", "auto", *Law.ALL):
         raise InputError(
             f"run: unknown law {plan.law!r}{did_you_mean(plan.law, Law.ALL)}; known are auto, {', '.join(Law.ALL)}"
         )
+    if plan.track is not None:
+        Setup.of(plan.said("track"))
     wrong = None
     for path in sources.values():
         try:
@@ -218,7 +226,8 @@ def watch(
 ) -> None:
     """Run an experiment whenever a record comes or changes, until `stop` says so.
 
-    A record counts once its size has stayed the same from one look to the next.
+    A record counts once its size has stayed the same from one look to the next; those that still grow do not keep the others
+    waiting, and names in `each` may be of records that are yet to come.
 
     Parameters
     ----------
@@ -231,10 +240,13 @@ def watch(
     before: dict[Path, str] = {}
     measured: dict[Path, str] = {}
     while True:
-        now = {path: _state_of(path) for path in plan.sources().values() if path.exists()}
+        sources, now = plan.sources(), {}
+        for path in sources.values():
+            with suppress(FileNotFoundError):  # it may be removed at any moment
+                now[path] = _state_of(path)
         settled = {path: state for path, state in now.items() if before.get(path) == state}
-        if settled and len(settled) == len(now) and settled != measured:
-            table = run(plan)
+        if settled and settled != measured:
+            table = _run(plan, {name: path for name, path in sources.items() if path in settled}, False, None)
             if on_table is not None:
                 on_table(table)
             measured = settled
@@ -262,7 +274,9 @@ def _mark(plan: Experiment, path: Path) -> str:
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
-def _rows(plan: Experiment, sources: Mapping[str, Path], again: bool) -> Iterator[tuple[str, dict[str, Any]]]:
+def _rows(
+    plan: Experiment, sources: Mapping[str, Path], again: bool
+) -> Generator[tuple[str, dict[str, Any]], None, None]:
     """Each record with its row, in the order in which they are finished."""
     waiting = {}
     for name, path in sources.items():
@@ -277,9 +291,7 @@ def _rows(plan: Experiment, sources: Mapping[str, Path], again: bool) -> Iterato
         else:
             waiting[name] = (path, mark)
     while waiting:
-        # fresh processes: threads and locks of the libraries for films and files do not survive a fork
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(plan.workers, mp_context=context) as pool:
+        with worker_processes(plan.workers) as pool:
             jobs = {
                 pool.submit(_measured, path, plan.rig_of(path), plan.said("track"), plan.results / name, mark): name
                 for name, (path, mark) in waiting.items()
@@ -301,7 +313,7 @@ def _rows(plan: Experiment, sources: Mapping[str, Path], again: bool) -> Iterato
 
 def _alone(plan: Experiment, path: Path, name: str, mark: str) -> dict[str, Any]:
     """The row of a record measured in a process of its own."""
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with worker_processes(1) as pool:
         try:
             return pool.submit(
                 _measured, path, plan.rig_of(path), plan.said("track"), plan.results / name, mark

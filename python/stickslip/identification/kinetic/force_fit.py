@@ -91,7 +91,7 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
     common = [float(np.median(np.abs(late))) for late in problem.late(problem.at(numbers))]
     record_scatter = _record_scatter(problem, groups, common)
     apart = np.hypot(record_scatter, common)
-    sigma, tau = _scales(problem, groups, apart)
+    sigma, tau, _ = _scales(problem, groups, apart)
     weights = [np.ones_like(rest) for rest in groups]
     assumed = _assumed(problem, sigma, tau, apart)
     for number in range(ROUNDS):
@@ -100,7 +100,7 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
         groups = problem.groups_at(numbers)
         record_scatter = _record_scatter(problem, groups, common)
         apart = np.hypot(record_scatter, common)
-        sigma, tau = _scales(problem, groups, apart)
+        sigma, tau, together = _scales(problem, groups, apart)
         weights = [
             (1 + (rest / (OUTLIER * np.hypot(s, b))) ** 2) ** -0.25
             for rest, s, b in zip(groups, sigma, apart, strict=True)
@@ -111,7 +111,7 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
             silent = ~acting(problem.jacobian(numbers, problem.column))
             numbers = np.where(silent, first, numbers)
     factors = [w / a for w, a in zip(weights, assumed, strict=True)]
-    return _result(problem, numbers, groups, sigma, tau, record_scatter, factors, assumed)
+    return _result(problem, numbers, groups, sigma, together, record_scatter, factors, assumed)
 
 
 def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Array:
@@ -130,10 +130,14 @@ def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Arra
 
 def _scales(
     problem: Problem, groups: Sequence[Array], apart: npt.NDArray[np.float64]
-) -> tuple[list[Array], list[float]]:
-    """Standard deviation of each row and correlation time of each group, beside what sets the records apart."""
-    sigma, tau = [], []
-    for group, stated, shifted in zip(groups, problem.stated, apart > 0, strict=True):
+) -> tuple[list[Array], list[float], list[float]]:
+    """Standard deviation of each row and correlation time of each group, beside what sets the records apart.
+
+    The correlation times come twice: for the weights, and for the errors, where what each break-away is known to have as an
+    error of its own counts as independent: the correlation time of few rows that are independent is mostly above 1.
+    """
+    sigma, tau, together = [], [], []
+    for (_, kind), group, stated, shifted in zip(problem.groups, groups, problem.stated, apart > 0, strict=True):
         rest = group - float(np.median(group)) if shifted else group
         spread = robust_scale(rest)
         inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= FEWEST_ROWS else 0.0
@@ -143,13 +147,17 @@ def _scales(
         floor = problem.rounding
         row = np.maximum(np.hypot(stated, inner), floor)
         # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
+        alone = 0.0
         if rest.size >= FEWEST_ROWS:
-            row = np.maximum(row * clipped_scale(rest / row), floor)
+            scale = clipped_scale(rest / row)
+            alone = min(scale**2, 1.0) * float(np.median((stated / row) ** 2)) if kind == "break-away" else 0.0
+            row = np.maximum(row * scale, floor)
         elif stated.any():
             row = row * math.sqrt((STATED + float(np.sum((rest / row) ** 2))) / (STATED + rest.size))
         sigma.append(row)
         tau.append(correlation_time(rest / row))
-    return sigma, tau
+        together.append(1.0 + (tau[-1] - 1.0) * (1.0 - alone))
+    return sigma, tau, together
 
 
 def _record_scatter(problem: Problem, groups: Sequence[Array], common: Sequence[float]) -> list[float]:

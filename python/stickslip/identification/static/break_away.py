@@ -300,19 +300,21 @@ def fit_static_friction(friction: Any) -> StaticFriction:
             )
     rows = rows.assign(used=rows["force"] - rows["level"] + level if relative else rows["force"])
     zero = 0.0
-    if relative:  # an error of the zero is in a break-away and in its slip alike, and comes back with the level alone
+    if relative:
+        rows = rows[rows["level"].notna()]  # the slip of the last break-away may be cut off
+        # an error of the zero is in a break-away and in its slip alike, and comes back with the level alone
         zero = math.sqrt(float(np.mean(rows.groupby("record")["common"].first() ** 2)) / rows["record"].nunique())
         rows = rows.assign(force_error=own_error(rows["force_error"], rows["common"]), common=0.0)
     constraints = tied(rows)
     rows["on_line"] = False if relative else on_loading_line(rows)
     fits = _fits(rows, level, zero, rates_differ=not constraints)
-    alike = without_growth(rows) if not relative else []
-    chosen, sentence = ("constant", alike[0]) if alike else _choose(fits)
+    flat = ([] if relative else without_growth(rows)) or (weaker(rows, fits) if constraints else [])
+    chosen, sentence = ("constant", flat[0]) if flat else _choose(fits)
     found = StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=[])
     notes = [
         *notes,
         sentence,
-        *found._as_good(),
+        *([] if flat else found._as_good()),
         *_unlike(rows, fits),
         *constraints,
         *(loading_line(rows, fits) if relative else []),
@@ -477,6 +479,20 @@ def without_growth(rows: pd.DataFrame) -> list[str]:
         f"All sticks begin at nearly one force (they scatter by {begun:.2g} there and by {held:.2g} at the break-away), so "
         "they lie on one loading line, and a stick that happens to hold more also lasts longer: growth with rest cannot be "
         "told from that, and static friction is taken as constant. Records at other drive velocities tell."
+    ]
+
+
+def weaker(rows: pd.DataFrame, fits: dict[str, StaticFit]) -> list[str]:
+    """A sentence where static friction falls with stick time from record to record, each at a force rate of its own."""
+    if rows["force_rate"].isna().any() or one_rate(rows):
+        return []
+    shortest, longest = fits[_choose(fits)[0]](np.array([rows["stick_time"].min(), rows["stick_time"].max()]))
+    if longest >= shortest:
+        return []
+    return [
+        f"Break-away forces fall by {shortest - longest:.2g}{_unit(rows, 'force')} from the shortest stick to the longest. "
+        "Rest makes nothing weaker: it is the force rate, or something else that differs between the records, and static "
+        "friction is taken as constant. Records in which stick time and force rate differ apart from each other tell."
     ]
 
 

@@ -13,8 +13,12 @@ import tomli_w
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.checks import check_keys
-from stickslip.files.schema import Document, Says, kind_of
+from stickslip.files.schema import (
+    Document,
+    Says,
+    check_keys,
+    kind_of,
+)
 from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.read import check_finite, check_increasing, in_window, one_segment, read_table, table_of

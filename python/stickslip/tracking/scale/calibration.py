@@ -14,7 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.files.checks import check_keys, number
+from stickslip.files.checks import number
+from stickslip.files.schema import check_keys
 from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.scale.ruler import find_marks
 from stickslip.tracking.video.source import read_picture
