@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -441,3 +441,23 @@ def test_the_least_bow_force_falls_about_with_the_square_of_the_distance_from_th
     forces = [least(int(at)) for at in places]
     assert (np.diff(forces) < 0).all()
     assert -2.3 < np.polyfit(np.log(places), np.log(forces), 1)[0] < -1.5
+
+
+@pytest.mark.parametrize(
+    ("name", "ask"),
+    [
+        ("periodic_orbit", ss.periodic_orbit),
+        ("continuation", lambda system: ss.continuation(system, "contacts.0.drive_velocity", (0.2, 0.4))),
+        ("lyapunov", lambda system: ss.lyapunov(system, 100.0)),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_needs_derivatives_says_that_springs_in_pieces_have_none(name, ask):
+    # No other guess helps, so none is asked for.
+    chain = ss.chain(2, ss.laws.StaticKinetic(1.0, 0.6), 0.3)
+    stop = ss.Spring(((0.0, 0.0), (0.5, 0.0), (1.5, 40.0)))
+    with pytest.raises(
+        ss.InputError, match=f"^{name}: no derivative is known through springs that are not linear"
+    ) as said:
+        ask(replace(chain, springs=stop))
+    assert "guess" not in str(said.value)

@@ -361,3 +361,37 @@ def test_what_makes_no_second_state_is_refused_in_one_sentence(make, sentence):
     with pytest.raises(ss.InputError, match=sentence) as caught:
         make()
     assert "\n" not in str(caught.value)
+
+
+def quasi_dynamic_returns(law, stiffness, damping, psi, t_end):
+    """When w rises through V₀ = s, and ψ there, without any mass: d ẋ + k x = F(w, ψ) differentiated, in ln w."""
+
+    def rates(_, y):
+        w = np.exp(y[0])
+        share = 1 / np.sqrt(1 + 4 * np.exp(-2 * (y[0] + (0.6 + law.b * y[1]) / law.a)))
+        ageing = np.exp(-y[1]) - w
+        return [(stiffness * (1 - w) - law.b * share * ageing) / (law.a * share + damping * w), ageing]
+
+    def passes(_, y):
+        return y[0]
+
+    passes.direction = 1
+    done = solve_ivp(rates, (0, t_end), [0.0, psi], method="Radau", rtol=1e-8, atol=1e-8, events=passes)
+    return done.t_events[0], done.y_events[0][:, 1]
+
+
+def test_cycles_of_a_vanishing_mass_are_those_of_the_quasi_dynamic_equations():
+    # With radiation damping d the critical stiffness is (N (b − a) − d V)/L = 0.004; below it cycles, stable ones here.
+    law, damping, stiffness = replace(ONE, b=0.015), 1e-3, 0.0035
+    cycles = []
+    for mass in (1e-8, 2e-8):
+        slider = ss.Oscillator(damping, 1.0, law, mass=mass, stiffness=stiffness)
+        cycles.append(ss.periodic_orbit(slider, ((law.kinetic_force(1.0) + 0.01) / stiffness, 0.0), t_end=80.0))
+    near, far = (cycle.period for cycle in cycles)
+    times, psi = quasi_dynamic_returns(law, stiffness, damping, 0.55, 450.0)
+    # The mass moves the period by its own size: that of none lies on the line through both.
+    assert 2 * near - far == pytest.approx(np.diff(times)[-1], rel=1e-7)
+    assert far - near < 1e-5 * near
+    # A disturbance decays from return to return by the multiplier, here from the sixth to the tenth.
+    steps = np.diff(psi)
+    assert (steps[10] / steps[6]) ** 0.25 == pytest.approx(cycles[0].largest, rel=5e-3)

@@ -243,3 +243,16 @@ def test_an_extremum_of_the_slip_speed_is_no_end_of_slip():
     taylor = ss.simulate(oscillator.to_system(), 30, x0=[1.2533539069422104])
     assert exact.events["t"].to_numpy() == pytest.approx(taylor.events["t"].to_numpy(), abs=1e-12)
     assert exact.events["t"].iloc[0] == pytest.approx(2.06778568, abs=1e-8)
+
+
+def test_the_table_of_events_is_the_same_frame_however_pandas_makes_it(monkeypatch):
+    import pandas as pd
+
+    def table():
+        return ss.simulate(ss.Oscillator(0.05, 0.3, ss.laws.StaticKinetic(1.0, 0.5)), 40.0).events
+
+    # Before 3.0 pandas makes no frame of ready columns.
+    fast = table()
+    monkeypatch.delattr(pd.api, "internals", raising=False)
+    pd.testing.assert_frame_equal(fast, table())
+    assert [str(fast.dtypes[name]) for name in ("t", "kind", "contact")] == ["float64", "category", "int64"]

@@ -220,3 +220,20 @@ def test_adhesion_that_creeps_within_the_error_of_the_integration_makes_no_event
     assert orbit.stop == "t_end"
     assert len(orbit.events) == 0
     assert 0 < orbit.to_xarray([0.45])["slip_velocity"].item() < 1e-20
+
+
+@pytest.mark.parametrize("node", [3.0, 3.4, 5.0])
+def test_a_step_shorter_than_the_clock_can_tell_ends_no_run(node):
+    # ṡ jumps at the node, after which the state moves faster than LSODA expects: its first step does not change t.
+    law = ss.laws.RateState(
+        normal_force=0.9, a=0.46, b=0.48, length=0.026, reference_friction=10.5, reference_velocity=0.118,
+        law="perrin-rice-zheng", second_b=0.69, second_length=0.0101,
+    )  # fmt: skip
+    oscillator = ss.Oscillator(
+        0.0, ss.Drive(-0.43, nodes=[[node, 0.0], [node + 4.5, 0.48]]), law, stiffness=1.98, mass=1.64
+    )
+    ends = [
+        ss.integrate(oscillator, node + 2, 0.97, 0.0, tolerance=1e-10, method=method).at(node + 2)
+        for method in ("LSODA", "Radau")
+    ]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-7)

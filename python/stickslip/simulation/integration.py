@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import OdeSolution, solve_ivp
+from scipy.integrate import LSODA, OdeSolution, solve_ivp
 from scipy.optimize import brentq
 
 from stickslip import _core
@@ -128,17 +128,12 @@ def integrate(
         # At a node of a drive the next piece of its table counts, which the step to the node must not see.
         return core.regular_rates(min(t, before), np.ascontiguousarray(y), least)
 
-    up, seen, idle = math.inf, 0.0, 0
+    up = math.inf
     limit = TimeLimit.after(max_seconds, "integrate")
 
     def time_left(t: float, _: NDArray[np.float64]) -> float:
         """Zero at the end of the step in which the time is up."""
-        nonlocal up, seen, idle
-        # Over a span of hardly any numbers LSODA steps on the spot.
-        idle = idle + 1 if t == seen else 0
-        seen = t
-        if idle > _IDLE:
-            raise _Stalled(t)
+        nonlocal up
         if up == math.inf and limit.passed:
             up = t
         return min(up - t, 1.0)
@@ -165,7 +160,7 @@ def integrate(
                         slope,
                         (low, high),
                         pieces[-1].y[:, -1] if pieces else first,
-                        method=attempt,
+                        method=_LSODA if attempt == "LSODA" else attempt,  # type: ignore[arg-type, unused-ignore]
                         dense_output=True,
                         events=time_left,
                         # The others take one relative error for all variables.
@@ -175,10 +170,12 @@ def integrate(
                 pieces.append(piece)
                 if piece.status != 0:
                     break
-        except _Stalled as stalled:
+        except (_Stalled, ValueError) as stopped:
+            # A ValueError is of Radau and BDF, which solve no equations of what is no number.
+            came = stopped.t if isinstance(stopped, _Stalled) else low
             if (attempt, factor) == attempts[-1] or spent > max_evaluations:
                 raise InputError(
-                    f"integrate: {attempt} came to t = {stalled.t:g} in {min(spent, max_evaluations)} evaluations: take "
+                    f"integrate: {attempt} came to t = {came:g} in {min(spent, max_evaluations)} evaluations: take "
                     "another method, a looser tolerance, or raise max_evaluations"
                 ) from None
             continue
@@ -206,6 +203,18 @@ class _Stalled(Exception):
 
     def __init__(self, t: float) -> None:
         self.t = t
+
+
+class _LSODA(LSODA):
+    """LSODA without the steps that are shorter than its clock can tell, which scipy refuses to join."""
+
+    def _step_impl(self) -> tuple[bool, str | None]:
+        begun = self.t
+        for _ in range(_IDLE):
+            success, message = super()._step_impl()  # type: ignore[misc]
+            if not success or self.t != begun:
+                return success, message
+        raise _Stalled(begun)
 
 
 def _joined(pieces: Sequence[Any], method: str) -> OdeSolution:

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 COLUMNS = ("x", "v", "a", "slip_velocity", "force", "stuck")
 EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
 
+#: Those of them that are numbers and no codes.
+_NUMBERS = np.array([EVENTS.index(name) for name in EVENTS if name not in {"kind", "contact"}])
+
 
 @cache
 def _kinds() -> pd.CategoricalDtype:
@@ -36,6 +39,14 @@ def _kinds() -> pd.CategoricalDtype:
     import pandas as pd
 
     return pd.CategoricalDtype(pd.Index(_core.KINDS))
+
+
+@cache
+def _event_columns() -> pd.Index:
+    """The names of the columns of a table of events."""
+    import pandas as pd
+
+    return pd.Index(EVENTS)
 
 
 @dataclass(frozen=True)
@@ -111,12 +122,17 @@ class Orbit(InNotebook):
         """
         import pandas as pd
 
-        # Column by column from the start: to put other types into a finished frame takes four times as long.
-        columns: dict[str, Any] = dict(zip(EVENTS, self._tables()["events"].T.copy(), strict=True))
-        codes = columns["kind"].astype(np.int8)
-        columns["kind"] = pd.Categorical.from_codes(codes, dtype=_kinds(), validate=False)
-        columns["contact"] = columns["contact"].astype(int)
-        return pd.DataFrame(columns, copy=False)
+        table = self._core.events().reshape(-1, len(EVENTS)).T
+        kinds = pd.Categorical.from_codes(table[1].astype(np.int8), dtype=_kinds(), validate=False)
+        contacts, numbers = table[2:3].astype(int), table[_NUMBERS]
+        # Since pandas 3.0 a frame can be made of ready columns at a tenth of the cost.
+        create = getattr(getattr(pd.api, "internals", None), "create_dataframe_from_blocks", None)
+        if create is not None:
+            blocks = [(kinds, np.array([1])), (contacts, np.array([2])), (numbers, _NUMBERS)]
+            frame: pd.DataFrame = create(blocks, pd.RangeIndex(table.shape[1]), _event_columns())
+            return frame
+        columns = dict(zip(EVENTS, table, strict=True)) | {"kind": kinds, "contact": contacts[0]}
+        return pd.DataFrame(columns)
 
     @cached_property
     def segments(self) -> pd.DataFrame:
