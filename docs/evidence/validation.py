@@ -19,15 +19,12 @@ package meet all to their digits, less one. Where they do not, the last column s
 anew, and `python docs/evidence/validation.py` writes it.
 
 Unless units are given the motion is x″ + d x′ + x = f(w), w = v − x′, with the velocity v of the drive.
-
-| case | source | quantity | expected | got | relative error | met |
-|---|---|---|---|---|---|---|
 """
 
 
 def page() -> str:
     """The page, computed anew."""
-    return INTRODUCTION + "".join(table(one) for one in CASES)
+    return "\n".join([INTRODUCTION, *map(table, CASES)])
 
 
 if __name__ == "__main__":

@@ -86,14 +86,17 @@ def rows(of: Case) -> list[Row]:
 
 
 def table(of: Case) -> str:
-    """The rows of a case on the page; its name and source stand in the first."""
-    lines = []
-    for i, row in enumerate(rows(of)):
-        name = (row.case, row.source) if i == 0 else ("", "")
+    """A case on the page: its name, its source and its rows."""
+    lines = [
+        f"**{of.name}.** {of.source}\n",
+        "| quantity | expected | got | relative error | met |",
+        "|---|---|---|---|---|",
+    ]
+    for row in rows(of):
         shown = f"{row.expected:.{row.digits}g}", f"{row.got:.{row.digits}g}", f"{row.error:.0e}"
         met = "yes" if row.met else f"no: {row.missed}"
-        lines.append("| " + " | ".join((*name, row.quantity, *shown, met)) + " |\n")
-    return "".join(lines)
+        lines.append("| " + " | ".join((row.quantity, *shown, met)) + " |")
+    return "\n".join(lines) + "\n"
 
 
 def belt(law: ss.laws.Law, damping: float, velocity: float, t_end: float = 60.0) -> ss.Orbit:
