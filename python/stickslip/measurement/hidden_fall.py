@@ -114,9 +114,9 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
         return replace(changed, late=math.sqrt(max(UNEVEN**2 * late - held, 0.0)))
     shares = np.exp(without - logsumexp(without))
     # each release, and the force at it: both with their spread over the shifts
-    told = np.array([curve.told for curve in curves])
-    means = np.tensordot(shares, told, 1)
-    spread = np.sqrt(np.tensordot(shares, (told - means) ** 2 + np.array([curve.variances for curve in curves]), 1))
+    releases = np.array([curve.releases for curve in curves])
+    means = np.tensordot(shares, releases, 1)
+    spread = np.sqrt(np.tensordot(shares, (releases - means) ** 2 + np.array([curve.variances for curve in curves]), 1))
     found = [Release(*one) for one in np.column_stack([means, spread])[:, [0, 2, 1, 3]].tolist()]
     return replace(changed, releases={slip.start: one for slip, one in zip(slips, found, strict=True)})
 
@@ -176,7 +176,7 @@ class _Curve:
     weights, means, covariances : of the numbers a for each amplitude.
     offset, early : mean release minus the one used without a change, and what one of each number adds to it, in s.
     own : variance of that mean by the noise of the slips alone.
-    told, variances : (slips, 2) the release of each slip without a change, after the one used, in s, and the force there,
+    releases, variances : (slips, 2) the release of each slip without a change, after the one used, in s, and the force there,
         above the one at the release used, in N; their variances.
     constants, raised : constant friction of each slip without a change, and what one of each number adds to it.
     """
@@ -190,7 +190,7 @@ class _Curve:
     offset: float
     early: Array
     own: float
-    told: Array
+    releases: Array
     variances: Array
     constants: Array
     raised: Array
@@ -275,7 +275,7 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
     # the release, and the force at it, by (shift, c, path)
     tells = np.array([[1.0, 0.0, 0.0], [o.stiffness * o.drive_velocity, 0.0, -o.stiffness]])
     square, linear, rest = np.zeros((size, size)), np.zeros(size), 0.0
-    offset, early, own, told, variances, constants, raised = shift, np.zeros(size), 0.0, [], [], [], []
+    offset, early, own, releases, variances, constants, raised = shift, np.zeros(size), 0.0, [], [], [], []
     for one in limits:
         slip = _slip(friction, one, fastest, shift)
         matrix = slip.moves.T @ slip.moves / variance
@@ -291,7 +291,7 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
         offset += float(mine[0]) / count
         early -= mine_rows[0] / count
         own += float(covariance[0, 0]) / count**2
-        told.append(tells @ mine + tells[:, 0] * shift)
+        releases.append(tells @ mine + tells[:, 0] * shift)
         variances.append(np.sum((tells @ covariance) * tells, axis=1))
         constants.append(float(mine[1]))
         raised.append(-mine_rows[1])
@@ -316,7 +316,7 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
         offset=offset,
         early=early,
         own=own,
-        told=np.array(told),
+        releases=np.array(releases),
         variances=np.array(variances),
         constants=np.array(constants),
         raised=np.array(raised),
