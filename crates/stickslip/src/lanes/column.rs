@@ -248,7 +248,11 @@ impl Constants {
             && (1e-6..1e6).contains(&(frequency / natural))
             && [amplitude, static_limit]
                 .into_iter()
-                .chain(pieces.iter().map(|piece| piece.offset))
+                .chain(
+                    pieces
+                        .iter()
+                        .flat_map(|piece| [piece.low, piece.offset, piece.slope]),
+                )
                 .all(|x| x == 0.0 || moderate(x));
         if !usual {
             return None;
