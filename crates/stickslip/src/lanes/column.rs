@@ -129,6 +129,8 @@ const MODERATE: f64 = 1e20;
 /// left to the other engine too, and so are laws of more lines than this.
 const STEEPEST: f64 = 8.0;
 const NEAREST: f64 = 0.1;
+/// So are laws with a line shorter than this part of the velocities at its ends.
+const SHORTEST: f64 = 1e-12;
 const LINES: usize = 64;
 
 /// A line of friction: what the lanes need of it, and steps from the longest to the shortest.
@@ -248,12 +250,12 @@ impl Constants {
             && (1e-6..1e6).contains(&(frequency / natural))
             && [amplitude, static_limit]
                 .into_iter()
-                .chain(
-                    pieces
-                        .iter()
-                        .flat_map(|piece| [piece.low, piece.offset, piece.slope]),
-                )
-                .all(|x| x == 0.0 || moderate(x));
+                .chain(pieces.iter().map(|piece| piece.offset))
+                .all(|x| x == 0.0 || moderate(x))
+            // A line must be longer than the rounding of a velocity: else its ends are one.
+            && pieces
+                .iter()
+                .all(|piece| piece.high - piece.low > SHORTEST * s.max(piece.low));
         if !usual {
             return None;
         }
