@@ -39,6 +39,16 @@ BEYOND = {
 }
 
 
+@pytest.mark.parametrize("forcing", [None, ss.Harmonic(0.1, 0.7)])
+def test_a_line_shorter_than_the_rounding_of_a_velocity_is_a_stop(forcing):
+    for end in (1e-17, 1e-18, 1e-25):
+        law = ss.laws.PiecewiseLinear([(0, 0.9), (end, 0.1), (0.6, 0.1)], 1.0)
+        oscillator = ss.Oscillator(0.1, 0.3, law, forcing=forcing)
+        assert ss.simulate(oscillator, 60, max_events=1000).stop == "not_a_number"
+        runs = ss.simulate_many(oscillator, {"drive_velocity": [0.3, 0.4]}, 60, max_events=1000)
+        assert (runs["stop"] == "not_a_number").all()
+
+
 def test_numbers_of_laws_out_of_range_are_refused():
     for law in (lambda: ss.laws.PiecewiseLinear([(0, 0.9), (1e-200, 0.1)], 1.0), lambda: ss.laws.Rational(1.0, 1e200)):
         with pytest.raises(ss.InputError, match="nearer to 1"):

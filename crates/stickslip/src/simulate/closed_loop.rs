@@ -199,10 +199,12 @@ impl<'a, const H: usize> Loop<'a, H> {
             } => {
                 self.respond(&piece)?;
                 let slip = self.slip(direction, &piece);
-                if !slip.is_finite() {
+                let drive_velocity = self.frame.drive_velocity;
+                // Where a velocity cannot tell the two ends of a piece apart, no event at them can be confirmed.
+                let [low, high] = [piece.low, piece.high].map(|u| drive_velocity - direction * u);
+                if !slip.is_finite() || (low == high && piece.low < piece.high) {
                     return Ok(Passed::Stop(Stop::NotANumber));
                 }
-                let drive_velocity = self.frame.drive_velocity;
                 let arrival = self.search(record, |work| {
                     end_of_slip(&slip, direction, drive_velocity, &piece, start, horizon, work)
                 });
