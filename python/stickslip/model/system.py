@@ -16,17 +16,7 @@ import numpy as np
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.disk import read_toml
-from stickslip.files.schema import (
-    Count,
-    Document,
-    Kind,
-    Limits,
-    Point,
-    Says,
-    check_keys,
-    complete,
-    kind_of,
-)
+from stickslip.files.schema import Count, Document, Kind, Limits, Point, Says, check_keys, complete, kind_of
 from stickslip.files.units import TEXTS, check_one_kind, quantity
 from stickslip.laws.law import Law, load_law
 from stickslip.laws.numbers import replaced

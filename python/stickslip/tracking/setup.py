@@ -11,15 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from stickslip.errors import InputError
 from stickslip.files.checks import number
 from stickslip.files.disk import read_toml
-from stickslip.files.schema import (
-    Document,
-    Kind,
-    Limits,
-    Positive,
-    Says,
-    check_keys,
-    kinds,
-)
+from stickslip.files.schema import Document, Kind, Limits, Positive, Says, check_keys, kinds
 from stickslip.tracking.finding.response_map import check_marker
 from stickslip.tracking.video.raw import Raw
 from stickslip.tracking.video.source import Film, Picture

@@ -13,12 +13,7 @@ import tomli_w
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.schema import (
-    Document,
-    Says,
-    check_keys,
-    kind_of,
-)
+from stickslip.files.schema import Document, Says, check_keys, kind_of
 from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.read import check_finite, check_increasing, in_window, one_segment, read_table, table_of
