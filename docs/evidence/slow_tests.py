@@ -91,6 +91,7 @@ def main() -> None:
         if file in found and file not in options.again:
             continue
         found[file] = run(file)
+        options.keep.parent.mkdir(parents=True, exist_ok=True)
         with options.keep.open("a", encoding="utf-8") as kept:
             kept.write(json.dumps(found[file]) + "\n")
         print(file, found[file]["tests"], found[file]["output"], flush=True)
