@@ -14,7 +14,7 @@ from stickslip.identification import fit_trajectories, friction_of_orbit, identi
 from stickslip.identification.estimator.uncertainty import recurrence
 from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import first_guess
-from stickslip.identification.kinetic.force_fit import fit_branches
+from stickslip.identification.kinetic.branch_fit import fit_branches
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import read_records

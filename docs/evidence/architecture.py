@@ -23,7 +23,7 @@ ARROWS = {
     "measurement": {"_core", "errors", "files"},
     "model": {"_core", "errors", "files", "laws"},
     "simulation": {"_core", "errors", "files", "laws", "model"},
-    "show": {"_core", "errors", "laws", "measurement", "simulation"},
+    "show": {"_core", "errors", "laws", "measurement", "model", "simulation"},
     "tracking": {"_core", "errors", "files", "show"},
     "dynamics": {"_core", "errors", "files", "laws", "model", "simulation"},
     "examples": {"errors", "model", "simulation"},

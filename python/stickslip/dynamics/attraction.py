@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.dynamics.maps import map_plan
 from stickslip.dynamics.sections import Surface
-from stickslip.dynamics.store import Plan, Progress, compute
+from stickslip.dynamics.tasks import Plan, Progress, compute
 from stickslip.errors import InputError
 from stickslip.files.checks import number
 from stickslip.model.system import Oscillator, System

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.dynamics.sections import Surface, contact_of, surface_from
-from stickslip.dynamics.store import Plan, Progress, Variable, compute, fingerprint, motion_variables, words_for
 from stickslip.dynamics.sweep import Chunk, Look, periods_to_decide, start_of
+from stickslip.dynamics.tasks import Plan, Progress, Variable, compute, fingerprint, motion_variables, words_for
 from stickslip.errors import InputError
 from stickslip.files.checks import number
-from stickslip.model.parameters import dimensionless, document_of, grid, path_in
+from stickslip.model.parameters import document_of, grid, is_dimensionless, path_in
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.state_orbit import state_laws_of
 
@@ -219,7 +219,7 @@ def orbit_diagram(
         attrs={
             "title": "stickslip orbit diagram",
             "parameter": parameter,
-            "units": "dimensionless" if dimensionless(system, [parameter]) else "SI",
+            "units": "dimensionless" if is_dimensionless(system, [parameter]) else "SI",
             "system": json.dumps(system.to_dict()),
             "request": words_for(request),
             **settings,

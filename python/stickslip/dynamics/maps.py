@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.dynamics.sections import Surface, contact_of, surface_from
-from stickslip.dynamics.store import Plan, Progress, compute, fingerprint, motion_variables, words_for
 from stickslip.dynamics.sweep import Chunk, Look, periods_to_decide, start_of
+from stickslip.dynamics.tasks import Plan, Progress, compute, fingerprint, motion_variables, words_for
 from stickslip.errors import InputError
 from stickslip.files.checks import number
-from stickslip.model.parameters import dimensionless, document_of, grid, path_in
+from stickslip.model.parameters import document_of, grid, is_dimensionless, path_in
 from stickslip.model.system import Oscillator, System
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def map_plan(
         before=lambda _: None,
         attrs={
             "title": f"stickslip {name.replace('_', ' ')}",
-            "units": "dimensionless" if dimensionless(system, axes) else "SI",
+            "units": "dimensionless" if is_dimensionless(system, axes) else "SI",
             "system": json.dumps(system.to_dict()),
             "request": words_for(request),
             **settings,

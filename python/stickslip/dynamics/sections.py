@@ -14,7 +14,7 @@ from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean, number, numbers, time_limit, whole_number
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
-from stickslip.model.parameters import dimensionless
+from stickslip.model.parameters import is_dimensionless
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
@@ -230,7 +230,7 @@ def section(
 
 def _units(system: Oscillator | System) -> dict[str, str]:
     si = {"t": "s", "x": "m", "v": "m/s", "force": "N", "stick_time": "s", "force_rate": "N/s"}
-    return dict.fromkeys(si, "1") if dimensionless(system) else si
+    return dict.fromkeys(si, "1") if is_dimensionless(system) else si
 
 
 def contact_of(system: Oscillator | System, contact: int, where: str) -> int:

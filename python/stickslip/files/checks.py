@@ -1,4 +1,4 @@
-"""Checks of what a user gives, each refused in one sentence: keys of a table, numbers, limits of time and memory."""
+"""Checks of what a user gives, each refused in one sentence: numbers, limits of time and memory, names nearly right."""
 
 from __future__ import annotations
 

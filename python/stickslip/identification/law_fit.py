@@ -14,7 +14,7 @@ from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.identification.guesses.evidence import BreakAways, Evidence, Guess, refuse_unreadable
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
-from stickslip.identification.kinetic.force_fit import BranchFit, fit_branches
+from stickslip.identification.kinetic.branch_fit import BranchFit, fit_branches
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.lack_of_fit import lack_of_fit
 from stickslip.identification.kinetic.motion import WITH_MEMORY, extrapolated_note

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.checks import each_once
 from stickslip.files.units import unit_of
@@ -36,7 +37,6 @@ from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import Record, as_record
 from stickslip.measurement.recalibration import Draft, another_drive_velocity, most_mistaken, recalibrated, rigid_sticks
 from stickslip.measurement.regime import intermittence, regime, slow_share, undecided
-from stickslip.measurement.result import release
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
@@ -453,7 +453,7 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
         "source": record.source,
         "rig": rig.to_toml(),
         "command": "stickslip measure",
-        "version": release(),
+        "version": _core.__version__,
         "notes": found.notes,
         "facts": FACTS,
         "regime": found.regime,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from stickslip import _core
+
 Array = npt.NDArray[np.float64]
 
 EVENT_COLUMNS = ("t", "stick_time", "force_rate", "force", "drop")
-
-
-def release() -> str:
-    """Version of the package, for provenance."""
-    try:
-        return version("stickslip")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 def event_table(rows: Sequence[Sequence[float]], force_unit: str = "N") -> xr.Dataset:
@@ -76,7 +69,7 @@ def friction_tree(
         "source": source,
         "rig": rig,
         "command": "stickslip measure",
-        "version": release(),
+        "version": _core.__version__,
         "notes": list(notes),
         "facts": list(facts),
         **facts,

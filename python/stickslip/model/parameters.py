@@ -31,18 +31,18 @@ def document_of(system: Oscillator | System) -> dict[str, Any]:
     return document
 
 
-def dimensionless(system: Oscillator | System, over: Iterable[str] = ()) -> bool:
-    """Whether mass and stiffness are 1, and stay so over the parameters that are varied.
+def is_dimensionless(system: Oscillator | System, over: Iterable[str] = ()) -> bool:
+    """Whether mass and stiffness, or each of several masses, are 1, and stay so over the parameters that are varied.
 
     >>> from stickslip import paper
-    >>> dimensionless(paper.oscillator(0.3)), dimensionless(paper.oscillator(0.3), ["mass"])
+    >>> is_dimensionless(paper.oscillator(0.3)), is_dimensionless(paper.oscillator(0.3), ["mass"])
     (True, False)
     """
-    return (
-        isinstance(system, Oscillator)
-        and system.mass == system.stiffness == 1
-        and {"mass", "stiffness"}.isdisjoint(over)
-    )
+    if not {"mass", "stiffness"}.isdisjoint(path.split(".")[0] for path in over):
+        return False
+    if isinstance(system, Oscillator):
+        return system.mass == system.stiffness == 1
+    return all(row[i] == 1 for i, row in enumerate(system.mass))
 
 
 def path_in(name: str, document: Mapping[str, Any], where: str, *, starts: bool = True) -> str:

@@ -12,6 +12,7 @@ from cycler import cycler
 from numpy.typing import NDArray
 
 from stickslip.errors import InputError
+from stickslip.model.parameters import is_dimensionless
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -246,9 +247,7 @@ def units_of(system: Oscillator | System, units: str | None) -> str:
     """
     if units is not None:
         return units
-    if not isinstance(system.mass, float):
-        return "dimensionless" if all(row[i] == 1 for i, row in enumerate(system.mass)) else "SI"
-    return "dimensionless" if system.mass == system.stiffness == 1 else "SI"
+    return "dimensionless" if is_dimensionless(system) else "SI"
 
 
 def words(name: str) -> str:

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.disk import check_writable
 from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.finding.response_map import ResponseMap, response_map
 from stickslip.tracking.finding.subset import Match, Subset
 from stickslip.tracking.finding.template import LEAST_CORRELATION, LEAST_ERROR
-from stickslip.tracking.motion import package_version, save_motion
+from stickslip.tracking.motion import save_motion
 from stickslip.tracking.setup import Setup
 from stickslip.tracking.video.vision import vision
 
@@ -165,7 +166,7 @@ def displacement_field(
         "notes": [*film.notes, *_notes(pieces, table)],
         "setup": setup.to_toml(),
         "command": command or f"stickslip.tracking.displacement_field({str(source)!r})",
-        "version": package_version(),
+        "version": _core.__version__,
     }
     if output is not None:
         save_motion(field, output)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip import _core
 from stickslip.files.netcdf import write_netcdf
 from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.scale.calibration import Calibration
@@ -76,7 +77,7 @@ def motion_dataset(
             "frame_rate": rate,
             "calibration": calibration.to_json(),
             "scale_error": calibration.scale_error,
-            "version": package_version(),
+            "version": _core.__version__,
             "notes": list(calibration.notes),
         },
     )
@@ -85,10 +86,3 @@ def motion_dataset(
 def save_motion(motion: xr.Dataset, path: str | Path) -> Path:
     """Write a motion file whole or not at all."""
     return write_netcdf(path, motion)
-
-
-def package_version() -> str:
-    """The version that goes into a file."""
-    from stickslip import _core
-
-    return str(_core.__version__)

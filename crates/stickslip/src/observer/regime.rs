@@ -13,7 +13,7 @@ named! {
         /// The slip velocity is constant within [`STEADY`] of itself.
         StableSlip = "stable_slip",
         /// The slip velocity changes its sign without a stick.
-        BackAndForth = "reversing_slip",
+        ReversingSlip = "reversing_slip",
         /// Stuck throughout.
         AtRest = "at_rest",
         /// Beyond all numbers.
@@ -62,7 +62,7 @@ impl Regime {
         } else if w_min * w_max > 0.0 {
             Self::AlmostHarmonic
         } else {
-            Self::BackAndForth
+            Self::ReversingSlip
         }
     }
 }

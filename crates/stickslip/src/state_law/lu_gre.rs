@@ -1,4 +1,4 @@
-//! Bristles that curvature, yield along a Stribeck curve and damp.
+//! Bristles that bend, yield along a Stribeck curve and damp.
 
 use super::StateFriction;
 use crate::elementary::{exp, power};

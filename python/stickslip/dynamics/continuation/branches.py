@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
-from stickslip.dynamics.continuation.birth import born
 from stickslip.dynamics.continuation.branch import (
     COLUMNS,
     Branch,
@@ -23,6 +22,7 @@ from stickslip.dynamics.continuation.branch import (
     range_of,
 )
 from stickslip.dynamics.continuation.coexistence import other_motions
+from stickslip.dynamics.continuation.cycle_at_hopf_point import born
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.closed_orbit import Cycle

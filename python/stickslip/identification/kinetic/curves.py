@@ -29,7 +29,7 @@ Array = npt.NDArray[np.float64]
 BLOCKS = 8
 """Stretches of a record that are held back in turn; of a table with few rows each row is."""
 BEYOND = 0.1
-"""Speeds that one stretch alone holds are foretold by the others up to that part of the range of all."""
+"""Speeds that one stretch alone holds are predicted by the others up to that part of the range of all."""
 FEW = 40
 WHOLE = 3
 """With so many records that lie apart, whole records are held back."""
@@ -134,7 +134,7 @@ class Rows:
     def parts(self) -> list[npt.NDArray[np.int_]]:
         """What is held back in turn: records that lie apart, else stretches, and where rows are few each of them.
 
-        Where one stretch alone holds the slowest or fastest slip, as of a single run-up, the others would have to foretell
+        Where one stretch alone holds the slowest or fastest slip, as of a single run-up, the others would have to predict
         what they never saw. Stretches are then shorter, and every eighth of them is held back.
         """
         if self.apart and len(self.records) >= WHOLE:

@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.measurement.friction import measure_record
 from stickslip.measurement.instruments import Bench
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import as_record
-from stickslip.measurement.result import release
 from stickslip.measurement.rigs.chain import Chain
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
@@ -177,6 +177,6 @@ def _data(moved: _Moved, rig: Rig, method: str) -> xr.Dataset:
         "source": moved.source,
         "rig": rig.to_toml(),
         "command": "stickslip.measurement.motion",
-        "version": release(),
+        "version": _core.__version__,
     }
     return data

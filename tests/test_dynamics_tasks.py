@@ -16,7 +16,7 @@ import zarr
 from evidence import script
 
 import stickslip as ss
-from stickslip.dynamics import store as stores
+from stickslip.dynamics import tasks
 
 damaged = script("stores")
 
@@ -45,7 +45,7 @@ def undisturbed(tmp_path_factory):
 def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
     program = f"import pathlib, sys, time\nsys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-    program += "import test_analysis_store as t\n"
+    program += "import test_dynamics_tasks as t\n"
     slow = "workers=1, progress=lambda done, n: time.sleep(0.2)"
     program += f"t.chart(pathlib.Path({str(path)!r}), {slow})"
     child = subprocess.Popen([sys.executable, "-c", program])
@@ -153,7 +153,7 @@ def test_swept_diagrams_go_on_where_they_were_killed(tmp_path):
 
 
 def test_a_cluster_that_does_not_answer_is_one_sentence(tmp_path, monkeypatch):
-    monkeypatch.setattr(stores, "PATIENCE", "300ms")
+    monkeypatch.setattr(tasks, "PATIENCE", "300ms")
     with socket.create_server(("127.0.0.1", 0)) as silent:
         for address in ("tcp://127.0.0.1:9", "nonsense://here", f"tcp://127.0.0.1:{silent.getsockname()[1]}"):
             with pytest.raises(ss.InputError, match=r"no Dask scheduler answers at .*; start one with") as refusal:
@@ -198,7 +198,7 @@ def test_a_store_that_is_another_one_counts_as_different(tmp_path, monkeypatch):
 def test_a_store_that_was_killed_before_it_had_its_name_leaves_nothing(tmp_path):
     program = f"import pathlib, sys, os, signal\nsys.path.insert(0, {str(Path(__file__).parent)!r})\n"
     program += (
-        "import test_analysis_store as t\nt.stores._consolidate = lambda draft: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "import test_dynamics_tasks as t\nt.tasks._consolidate = lambda draft: os.kill(os.getpid(), signal.SIGKILL)\n"
     )
     program += f"t.damaged.regime_map(pathlib.Path({str(tmp_path / 'map.zarr')!r}))"
     subprocess.run([sys.executable, "-c", program], check=False)
