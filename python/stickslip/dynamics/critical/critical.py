@@ -158,7 +158,7 @@ def critical_velocities(
     -------
     Mapping of the names that exist to drive velocities: ``"hopf"``, ``"nonsmooth_hopf"`` (corner of the law, or a cycle that
     shrinks linearly to a point), ``"end_of_stick_slip"`` (the greatest velocity up to which stick-slip exists),
-    ``"onset_of_stick_slip"`` (found by runs alone), either with ``"from_rest"`` where stick-slip goes on beyond and only the
+    ``"onset_of_stick_slip"`` (found by runs alone), either with ``"_from_rest"`` where stick-slip goes on beyond and only the
     run from rest no longer comes to it, ``"nonsmooth_fold"``, ``"grazing_sliding"``, ``"fold"``.
     ``.criticality`` says by the first Lyapunov coefficient, of one mass under a constant normal force by F‴(s), whether the
     cycle born at ``"hopf"`` is stable, ``.criticalities`` so of every smooth Hopf point,
@@ -309,7 +309,7 @@ def _search(
     for run, looks in sweeps:
         for value, sides in changes_of_sticking(run, looks, [*ends, *(value for _, value in found)]):
             # Where a motion goes on beyond, a start has left its basin; of those the run from rest has a name.
-            suffix = "" if _ends(system, watch, value, *sides) else "from_rest"
+            suffix = "" if _ends(system, watch, value, *sides) else "_from_rest"
             if suffix and run is not sweeps[0][0]:
                 continue
             if sides[0].sticks and not suffix:
