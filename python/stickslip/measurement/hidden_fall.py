@@ -41,6 +41,9 @@ UNEVEN = 2.0
 NEGLIGIBLE = 1e-4
 """Shifts that are less probable than this are left out."""
 
+OPEN = 0.6
+"""Standard deviation beforehand of the square of the share of a sample for which a shutter, or a converter, is open."""
+
 FINE = 200
 """Times at which the motion of one slip is integrated."""
 
@@ -63,9 +66,11 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
     record tells, A is small and so are these; where it changes, it may change as much where nothing is seen.
 
     Where no curve makes the record likelier than constant friction does, the releases of the slips are those of constant
-    friction, and their errors those of the fit of it: they scatter about a fifth as much as the ends of the sticks. Where
-    one does, they stay what they were, and `late` is the root mean square distance of the mean release from the one used,
-    times `UNEVEN`, beyond what the errors of the single releases leave in their mean. `UNEVEN` was chosen on simulated
+    friction, and their errors those of the fit of it: they scatter about a fifth as much as the ends of the sticks.
+    A shutter that is open for a share e of the step h between samples shows x + (e h)^2 x''/24, which moves all releases
+    together: `late` is what that does to them with e unknown. Where a curve does, the releases stay what they were, and
+    `late` is the root mean square distance of the mean release from the one used, times `UNEVEN`, beyond what the errors of
+    the single releases leave in their mean. `UNEVEN` was chosen on simulated
     records with exponential falls; of 16 with other seeds, 13 of the intervals then hold the mean release.
 
     Parameters
@@ -118,7 +123,12 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
     means = np.tensordot(shares, releases, 1)
     spread = np.sqrt(np.tensordot(shares, (releases - means) ** 2 + np.array([curve.variances for curve in curves]), 1))
     found = [Release(*one) for one in np.column_stack([means, spread])[:, [0, 2, 1, 3]].tolist()]
-    return replace(changed, releases={slip.start: one for slip, one in zip(slips, found, strict=True)})
+    blurred = float(shares @ np.array([curve.blurred for curve in curves])) * OPEN * fit.step**2 / 24
+    return replace(
+        changed,
+        releases={slip.start: one for slip, one in zip(slips, found, strict=True)},
+        late=abs(blurred),
+    )
 
 
 @dataclass(frozen=True)
@@ -129,7 +139,8 @@ class _Limits:
     ----------
     samples : of the record.
     start, length : when it begins, and for how long it is looked at.
-    path : u = V t - x when it begins.
+    path, above : u = V t - x when it begins, by the samples of its stick alone, and that of the fit minus it. The fit has
+        the samples of the slip in it, which would then count twice.
     speeds : (FINE,) slip speeds at even times since then.
     origin : time at which u = -x.
     error, path_error : standard errors of `start` and of `path`.
@@ -139,6 +150,7 @@ class _Limits:
     start: float
     length: float
     path: float
+    above: float
     speeds: Array
     origin: float
     error: float
@@ -158,11 +170,13 @@ class _Slip:
     rest : (n,) x minus what is known; these three are times the roots of the weights of the samples.
     moves : (n, 3) what a later release adds to x, per s, what friction adds, per N, and a higher path of the stick.
     changes : (n, numbers) what each change of friction adds, per N.
+    bent : (n,) the second derivative of x.
     """
 
     rest: Array
     moves: Array
     changes: Array
+    bent: Array
 
 
 @dataclass(frozen=True)
@@ -176,6 +190,7 @@ class _Curve:
     weights, means, covariances : of the numbers a for each amplitude.
     offset, early : mean release minus the one used without a change, and what one of each number adds to it, in s.
     own : variance of that mean by the noise of the slips alone.
+    blurred : what is added to that mean by one of x'' that is added to x, in s.
     releases, variances : (slips, 2) the release of each slip without a change, after the one used, in s, and the force there,
         above the one at the release used, in N; their variances.
     constants, raised : constant friction of each slip without a change, and what one of each number adds to it.
@@ -190,6 +205,7 @@ class _Curve:
     offset: float
     early: Array
     own: float
+    blurred: float
     releases: Array
     variances: Array
     constants: Array
@@ -215,21 +231,23 @@ def _limits(friction: Friction, sticks: list[Stick]) -> list[_Limits]:
     for stick, end in zip(sticks, ends, strict=True):
         length = min(end - stick.end, longest)
         samples = slice(*np.searchsorted(fit.time, [stick.end, stick.end + length]).tolist())
-        if stick.ends and stick.sure and np.count_nonzero(fit.weight[samples]) >= FEWEST:
-            seen.append((stick, length, samples))
+        rest = slice(*np.searchsorted(fit.time, [stick.start, stick.end]).tolist())
+        if stick.ends and stick.sure and np.count_nonzero(fit.weight[samples]) >= FEWEST and fit.weight[rest].any():
+            seen.append((stick, length, samples, rest))
     if not seen:
         return []
     seen = [seen[i] for i in np.unique(np.linspace(0, len(seen) - 1, MOST).astype(int))]
-    starts, lengths = np.array([(stick.end, length) for stick, length, _ in seen]).T
+    starts, lengths = np.array([(stick.end, length) for stick, length, *_ in seen]).T
     times = np.linspace(starts, starts + lengths, FINE, axis=1)
     speeds = np.maximum(fit.evaluate(times.ravel(), 1).reshape(times.shape), 0.0)
-    paths = fit.evaluate(starts, 0).tolist()
-    origin = float(fit.time[0])
-    errors = fit.deviation(starts, {0: 1.0}, friction.noise).tolist()
-    return [
-        _Limits(samples, stick.end, length, path, w, origin, stick.end_error, error)
-        for (stick, length, samples), path, w, error in zip(seen, paths, speeds, errors, strict=True)
-    ]
+    limits = []
+    for (stick, length, samples, rest), fitted, w in zip(seen, fit.evaluate(starts, 0).tolist(), speeds, strict=True):
+        path = float(np.average(fit.path[rest], weights=fit.weight[rest]))
+        error = friction.noise / math.sqrt(float(fit.weight[rest].sum()))
+        limits.append(
+            _Limits(samples, stick.end, length, path, fitted - path, w, float(fit.time[0]), stick.end_error, error)
+        )
+    return limits
 
 
 def _own(o: OscillatorConstants) -> tuple[float, complex]:
@@ -259,14 +277,15 @@ def _slip(friction: Friction, limits: _Limits, fastest: float, shift: float) -> 
     # a later release shifts the motion, and the spring is then wound up by as much more at each time
     later = speeds - o.stiffness * drive * answers[:, 0]
     after = fit.time[part] - limits.start - shift
-    columns = np.column_stack([free, later, answers[:, 0], -swing, answers[:, 1:]])
+    bent = -np.gradient(speeds, since)
+    columns = np.column_stack([free, later, answers[:, 0], -swing, answers[:, 1:], bent])
     seen = np.column_stack([np.interp(after, since, one) for one in columns.T])
     seen[after <= 0] = 0.0
     seen[after <= 0, 0] = (at + drive * after)[after <= 0]
     seen[after <= 0, 3] = -1.0
     seen *= root[:, None]
     x = drive * (fit.time[part] - fit.time[0]) - fit.path[part]
-    return _Slip(root * x - seen[:, 0], seen[:, 1:4], seen[:, 4:])
+    return _Slip(root * x - seen[:, 0], seen[:, 1:4], seen[:, 4:-1], seen[:, -1])
 
 
 def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: float, shift: float, unit: float) -> _Curve:
@@ -275,7 +294,16 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
     # the release, and the force at it, by (shift, c, path)
     tells = np.array([[1.0, 0.0, 0.0], [o.stiffness * o.drive_velocity, 0.0, -o.stiffness]])
     square, linear, rest = np.zeros((size, size)), np.zeros(size), 0.0
-    offset, early, own, releases, variances, constants, raised = shift, np.zeros(size), 0.0, [], [], [], []
+    offset, early, own, blurred, releases, variances, constants, raised = (
+        shift,
+        np.zeros(size),
+        0.0,
+        0.0,
+        [],
+        [],
+        [],
+        [],
+    )
     for one in limits:
         slip = _slip(friction, one, fastest, shift)
         matrix = slip.moves.T @ slip.moves / variance
@@ -291,7 +319,8 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
         offset += float(mine[0]) / count
         early -= mine_rows[0] / count
         own += float(covariance[0, 0]) / count**2
-        releases.append(tells @ mine + tells[:, 0] * shift)
+        blurred += float(inverse[0] @ slip.bent) / count
+        releases.append(tells @ mine + tells[:, 0] * shift + np.array([0.0, o.stiffness * one.above]))
         variances.append(np.sum((tells @ covariance) * tells, axis=1))
         constants.append(float(mine[1]))
         raised.append(-mine_rows[1])
@@ -316,6 +345,7 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
         offset=offset,
         early=early,
         own=own,
+        blurred=blurred,
         releases=np.array(releases),
         variances=np.array(variances),
         constants=np.array(constants),
