@@ -153,8 +153,8 @@ def _below_header(
     if not names & set(header):
         for at, (number, line) in enumerate(rows[:HEADER_LINES]):
             if found := names & set(re.split(r"[\t;,\s]+", line)):
-                below = "\n".join(line for _, line in rows[at + 1 : at + 1 + HEADER_LINES])
-                comma = decimal == "." and re.search(r"[;\t]", below) and re.search(r"\d,\d", below)
+                rest = "\n".join(line for _, line in rows[at + 1 : at + 1 + HEADER_LINES])
+                comma = decimal == "." and re.search(r"[;\t]", rest) and re.search(r"\d,\d", rest)
                 commas = ' and decimal = ","' if comma else ""
                 raise InputError(
                     f"{path}: row {first_row} was read as the header, and row {number} names {', '.join(sorted(found))}; "
