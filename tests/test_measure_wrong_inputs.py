@@ -99,7 +99,11 @@ def said(tmp_path: Path, capsys, record: bytes, rig: str, name: str = "r.csv") -
         (rows().replace("x", "y", 1).encode(), "there is no column 'x'; the columns are t, y, f, p"),
         (
             b"Rig 12\n2026\n" + rows().encode(),
-            "row 1 was read as the header, and row 3 names t, x; write [read] skip_rows = 2",
+            "row 1 was read as the header, and row 3 names t, x; write [read] skip_rows = 2 in the rig",
+        ),
+        (
+            b"Rig 12;2026\n" + rows().replace(",", ";").replace(".", ",").encode(),
+            'row 2 names t, x; write [read] skip_rows = 1 and decimal = "," in the rig',
         ),
         (b"sep=,\n" + rows().encode(), "row 2 names t, x; write [read] skip_rows = 1"),
         (rows().replace("x", "x raw", 1).encode(), "there is no column 'x' (did you mean 'x raw'?)"),
@@ -133,6 +137,18 @@ def test_other_codings_and_a_row_of_units_are_read(tmp_path, coding: str) -> Non
     np.testing.assert_array_equal(read.columns["x"], expected.columns["x"])
     assert read.notes == ("row 2 has no number in it (s, µm, N): it was taken for units",)
     assert read.row(0) == 3
+
+
+def test_the_position_of_a_pulled_slider_is_no_stretch_of_a_spring() -> None:
+    law = ss.laws.StaticKinetic(1.0, 0.6)
+    t = np.arange(0, 60, 0.02)
+    stretch = ss.simulate(ss.Oscillator(damping=0.0, drive_velocity=0.1, law=law), 60).at(t)[0]
+    noise = 1e-4 * np.random.default_rng(4).standard_normal(t.size)
+    rig = {"instrument": "displacement", "column": "x", "unit": "1", "mass": 1, "stiffness": 1, "drive_velocity": 0.1}
+    notes = ss.measure({"t": t, "x": 0.1 * t - stretch + noise}, rig).attrs["notes"]
+    assert any("it is that of a slider that is pulled; record the stretch" in note for note in notes)
+    notes = ss.measure({"t": t, "x": stretch + noise}, rig).attrs["notes"]
+    assert not any("slider that is pulled" in note for note in notes)
 
 
 def test_a_mass_that_overtakes_its_drive_is_said() -> None:

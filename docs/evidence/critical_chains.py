@@ -268,11 +268,11 @@ def section(found: list[Case]) -> str:
     """The section of the page: a row a law."""
     lines = [
         HEADING,
-        f"{len(found)} random chains of 2 to 5 masses on one drive (seeds {found[0].seed} to {found[-1].seed}), half of them",
-        "with masses and laws that are alike, a third without damping. Each reported velocity is looked at by plain runs of",
-        f"3000 cycles on both sides of it. Each change that runs at {SPEEDS} speeds show has to be reported: of sticking",
-        "from a stuck start, and of the growth of a small motion beside steady slip. Open: changes that the search names as",
-        "not confirmed, in `.brackets`.",
+        f"{len(found)} random chains of 2 to 5 masses on one drive (seeds {found[0].seed} to {found[-1].seed}). Half of them",
+        "have masses and laws that are alike, a third no damping. Each reported velocity is checked by plain runs of",
+        f"3000 cycles on both sides of it. Runs at {SPEEDS} speeds show changes of two kinds: of sticking from a stuck",
+        "start, and of the growth of a small motion beside steady slip. Each of them has to be reported. Open are changes",
+        "that the search names as not confirmed, in `.brackets`.",
         "Written by `python docs/evidence/critical_chains.py`.",
         "",
         "| law | chains | neutral | reported | not shown by runs | changes in runs | open | not reported |",

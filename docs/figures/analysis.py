@@ -14,6 +14,7 @@ from make import save
 
 import stickslip as ss
 from stickslip import show
+from stickslip.show.canvas import ABOVE
 
 MASS = ss.Oscillator(
     damping=0.05, drive_velocity=0.3, law=ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.5, 1.3)
@@ -24,13 +25,14 @@ FALLING = ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], br
 def sections() -> None:
     """A chaotic motion in three sections of different kinds."""
     period = 2 * np.pi / 1.3
-    panels = show.new_axes(1, 3, figsize=(8.4, 3.2))
+    panels = show.new_axes(1, 3, figsize=(9.2, 3.3))
     show.section_plot(ss.section(MASS, t_end=20_000 * period, transient=0.1), panels[0])
     releases = ss.section(MASS, "release", t_end=10_000 * period, transient=0.1)
     show.section_plot(releases, panels[1], across="phase", up="stick_time")
     show.return_map_plot(ss.release_map(MASS, np.linspace(0, 2 * np.pi, 3000)), panels[2], colour=show.OKABE_ITO["sky"])
     show.return_map_plot(ss.return_map(releases, "phase"), panels[2], colour=show.OKABE_ITO["vermilion"])
-    panels[2].set_title("release map, visited in vermilion", fontsize=8)
+    dots = [line for line in panels[2].lines if line.get_marker() == "o"]
+    panels[2].legend(dots, ["release map", "visited"], **ABOVE, ncols=2, markerscale=3)
     save(panels[0], "analysis-sections.png")
 
 

@@ -123,12 +123,12 @@ def to_and_fro(law: StateLaw) -> plt.Axes:
     force, _ = law.follow(t, w)
     panels = show.new_axes(1, 2, figsize=(8.4, 2.9))
     panels[0].plot(x, force, color="#0072b2")
-    panels[0].set(xlabel="displacement $x$", ylabel="friction $F$")
+    panels[0].set(xlabel="displacement $x$ (dimensionless)", ylabel="friction $F$ (dimensionless)")
     panels[1].plot(w, force, color="#0072b2", label="to and fro")
     steady = np.linspace(-w.max(), w.max(), 1000)
     panels[1].plot(steady, law.kinetic_force(steady), color="black", lw=1, ls="--", label="steady slip")
-    panels[1].set(xlabel="slip velocity $w$", ylabel="friction $F$")
-    panels[1].legend(fontsize=8, frameon=False)
+    panels[1].set(xlabel="slip velocity $w$ (dimensionless)", ylabel="friction $F$ (dimensionless)")
+    panels[1].legend(**ABOVE, ncols=2)
     return panels[0]
 
 
@@ -141,8 +141,8 @@ def velocity_steps() -> plt.Axes:
     for law, colour in (("aging", "#0072b2"), ("slip", "#d55e00")):
         friction = replace(ss.laws.RateState.example(), law=law)
         ax.plot(slip, friction.follow(t, speed)[0], color=colour, label=law)
-    ax.set(xlabel="slip in units of $L$", ylabel="$F/N$")
-    ax.legend(fontsize=8, frameon=False)
+    ax.set(xlabel="slip in units of $L$", ylabel="friction over normal force $F/N$")
+    ax.legend(**ABOVE, ncols=2)
     return ax
 
 
@@ -215,18 +215,27 @@ def overview() -> None:
     friction, orbit = example()
     shaken = replace(orbit.system, drive_velocity=0.067, forcing=ss.Harmonic(3.0, 28.0))
     with plt.rc_context(show.STYLE):
-        figure = plt.figure(figsize=(7.6, 5.6))
+        figure = plt.figure(figsize=(7.6, 5.8), layout="constrained")
         axes = figure.subplot_mosaic(
-            [["record", "law"], ["all", "all"]], width_ratios=[1.4, 1.0], height_ratios=[0.8, 1.0]
+            [["record", "law"], ["all", "all"]], width_ratios=[1.4, 1.0], height_ratios=[0.7, 1.0]
         )
-    record(friction, axes["record"], end=1.3).set_title("a record, sticks shaded")
-    loop(friction, orbit, axes["law"]).set_title("its friction law")
-    frequencies = np.linspace(25.0, 36.0, 661)
-    diagram = ss.orbit_diagram(shaken, "forcing.frequency", frequencies, periods=300, keep=80, decide=1000)
+    record(friction, axes["record"], end=1.3)
+    loop(friction, orbit, axes["law"])
+    frequencies = np.linspace(25.0, 36.0, 991)
+    diagram = ss.orbit_diagram(shaken, "forcing.frequency", frequencies, periods=600, keep=120, decide=1000)
     ax = show.orbit_diagram_plot(diagram, axes["all"], quantity="section", name_regimes=False)
-    ax.set_title("every motion when the block is shaken with 3 N", pad=20)
-    ax.set_ylabel("position x in the section (mm)")
+    for points in ax.lines:
+        points.set(markersize=1.7, alpha=0.4)  # where a motion is often, its points are dark
+    ax.legend(**(ABOVE | {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}))
+    ax.set_ylabel("position x, once a period (mm)")
     ax.yaxis.set_major_formatter(lambda x, _: f"{1e3 * x:g}")  # as the record above it
+    titles = {
+        "record": "1  A record; sticks shaded",
+        "law": "2  Its law",
+        "all": "3  Every motion of the block, shaken with 3 N",
+    }
+    for name, title in titles.items():
+        axes[name].set_title(title, loc="left", fontsize=10, fontweight="bold", pad=8)
     save(ax, "overview.png")
 
 
@@ -286,15 +295,15 @@ def loads() -> None:
     period = 2 * np.pi / 1.25
     motion = ss.simulate(system, 900 * period, x0=0.5)
     places, _ = motion.at(np.arange(100, 900) * period)
-    left, right = show.new_axes(1, 2, figsize=(8.4, 3.2), width_ratios=[1, 1.6])
+    left, right = show.new_axes(1, 2, figsize=(8.4, 3.4), width_ratios=[1, 1.6])
     left.plot(places[:-1], places[1:], ".", markersize=2)
     left.axline((0.8, 0.8), slope=1, color="0.6", linewidth=0.8)
-    left.set(xlabel="x where it sticks", ylabel="x a period later")
+    left.set(xlabel="position x where it sticks (dimensionless)", ylabel="position x a period later (dimensionless)")
     t = np.linspace(100, 108, 2000) * period
     x, v = motion.at(t)
-    right.plot(t / period - 100, x, label="x")
-    right.plot(t / period - 100, pressed.at(t, x, v), label="normal force")
-    right.set(xlabel="periods of the forcing")
+    right.plot(t / period - 100, x, label="position x")
+    right.plot(t / period - 100, pressed.at(t, x, v), label="normal force n")
+    right.set(xlabel="time t (periods of the forcing)", ylabel="position, normal force (dimensionless)")
     right.legend(**ABOVE, ncols=2)
     save(left, "loads.png")
 

@@ -36,6 +36,8 @@ SWING_OFF, SWING_ERRORS = 0.02, 4.0
 """Part by which the frequency of the slips must lie from sqrt(k/m)/2pi to be named, and standard errors."""
 CHANGES, APART = 0.1, 6.0
 """Speeds of a drive differ by that part, and by so many times what the slopes of rises scatter."""
+TRAVELS, LONG = 0.1, 5.0
+"""A position that moves on with the drive, to that part, for more periods of the free mass is no stretch of a spring."""
 RISES = 30.0
 """No mass that a drive drags along rises so many times faster than the drive."""
 
@@ -194,11 +196,20 @@ def without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:
 
 
 def overtaking(friction: Friction, rate_error: float) -> list[str]:
-    """Whether the mass runs ahead of the drive by more than the noise."""
-    drive = friction.fit.oscillator.drive_velocity
+    """Whether the mass runs ahead of the drive by more than the noise, as the position of a slider that is pulled does."""
+    o = friction.fit.oscillator
+    drive = o.drive_velocity
     share = float(np.mean(friction.slip_velocity < -max(0.1 * drive, 4 * rate_error)))
     if share < 0.02:
         return []
+    lasts = float(friction.time[-1] - friction.time[0])
+    travels = 1 - float(np.mean(friction.slip_velocity)) / drive
+    if abs(travels - 1) < TRAVELS and lasts > LONG * 2 * math.pi * math.sqrt(o.mass / o.stiffness):
+        return [
+            f"the recorded position moves with {travels:.2f} of the drive velocity throughout, where the stretch of a spring "
+            "stays bounded: it is that of a slider that is pulled; record the stretch, drive_velocity times t less this "
+            "position, or the force of the spring"
+        ]
     return [
         f"the mass overtakes the drive for {100 * share:.0f} % of the time, by up to "
         f"{-float(friction.slip_velocity.min()) / drive:.2g} V: w < 0 there, or a unit, a sign or the drive_velocity of the "

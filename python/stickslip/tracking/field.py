@@ -290,13 +290,11 @@ def field_plot(field: xr.Dataset, variable: str = "u", ax: Axes | None = None, *
         most = max(float(np.abs(known).max()), ERRORS * float(np.median(errors))) if known.size else 1.0
         limits = {"cmap": "RdBu_r", "vmin": -most, "vmax": most}
     mesh = ax.pcolormesh(field["x"], field["y"], values, shading="nearest", rasterized=True, **limits)
-    unit = values.attrs["units"]
-    bar = ax.figure.colorbar(mesh, ax=ax)
-    words = str(values.attrs["long_name"])
-    bar.set_label(
-        (words if variable in words else f"{words}, {variable}") + ("" if unit == "1" else f" ({unit})"), fontsize=8
-    )
-    ax.set(xlabel="x (px)", ylabel="y (px)", title=f"{float(values['time']):.4g} s", aspect="equal")
+    words, unit = str(values.attrs["long_name"]), values.attrs["units"]
+    quantity = (words if variable in words else f"{words}, {variable}") + ("" if unit == "1" else f" ({unit})")
+    ax.figure.colorbar(mesh, ax=ax)
+    ax.set(xlabel="x (px)", ylabel="y (px)", aspect="equal")
+    ax.set_title(f"{quantity} at {float(values['time']):.4g} s", fontsize=8)
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
     return ax
@@ -309,10 +307,12 @@ def field_figure(field: xr.Dataset, picture: int = -1) -> Any:
     across, down = _sides(field)
     names = ("u", "v", "rotation", "residual", "exx", "eyy", "exy")
     rows, columns = (4, 2) if down < 0.5 * across else (2, 4)
-    wide = 10.0 / columns + 1.2
-    axes = new_axes(rows, columns, figsize=(wide * columns, rows * (0.8 * wide * down / across + 0.7)))
+    wide = 4.2 if columns == 2 else 3.2
+    axes = new_axes(rows, columns, figsize=(wide * columns, rows * (0.7 * wide * down / across + 0.7)))
     for name, ax in zip(names, axes, strict=False):
         field_plot(field, name, ax, picture=picture)
+    for ax in axes[: len(names) - columns]:  # the panel below has the same axis
+        ax.set_xlabel("")
     axes[-1].set_axis_off()
     return axes[0].get_figure(root=True)
 

@@ -607,7 +607,10 @@ def _asymmetry(rows: Rows, best: SteadyFit) -> list[str]:
     if not best.by_sense:
         return []
     doubt = (
-        "" if np.isfinite(rows.position).all() else " Gravity may look the same: record the position, which tells it."
+        ""
+        if np.isfinite(rows.position).all()
+        else " Gravity may look the same. The position tells it, if each run is measured into a friction file of its own, "
+        "as stickslip run does."
     )
     if "restoring" in best.parameters.index:
         doubt = " A constant part of that may be the spring's or gravity's, whose zero is not known."

@@ -93,7 +93,7 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
         header = [name or str(i) for i, name in enumerate(header, start=1)]
         if wanted is not None:
             wanted = [whole_name(column, header) or column for column in wanted]
-            rows, units, notes = _below_header(path, first_row, header, rows, wanted, cells)
+            rows, units, notes = _below_header(path, first_row, header, rows, wanted, cells, layout.decimal)
         unnamed = {i for i, name in enumerate(header) if name == str(i + 1)}
     else:
         header = [str(i) for i in range(1, len(header) + 1)]
@@ -146,15 +146,19 @@ def _below_header(
     rows: list[tuple[int, str]],
     wanted: Collection[str | int],
     cells: Callable[[str], list[str]],
+    decimal: str,
 ) -> tuple[list[tuple[int, str]], dict[str, str], tuple[str, ...]]:
     """The rows of numbers below a header line; where the first of them held units, those that are known, and a note."""
     names = {name for name in wanted if isinstance(name, str)}
     if not names & set(header):
-        for number, line in rows[:HEADER_LINES]:
+        for at, (number, line) in enumerate(rows[:HEADER_LINES]):
             if found := names & set(re.split(r"[\t;,\s]+", line)):
+                rest = "\n".join(line for _, line in rows[at + 1 : at + 1 + HEADER_LINES])
+                comma = decimal == "." and re.search(r"[;\t]", rest) and re.search(r"\d,\d", rest)
+                commas = ' and decimal = ","' if comma else ""
                 raise InputError(
                     f"{path}: row {first_row} was read as the header, and row {number} names {', '.join(sorted(found))}; "
-                    f"write [read] skip_rows = {number - 1} in the rig"
+                    f"write [read] skip_rows = {number - 1}{commas} in the rig"
                 )
     below = cells(rows[0][1])
     if len(rows) > 1 and len(below) == len(header) and not any(any(c.isdigit() for c in cell) for cell in below):
