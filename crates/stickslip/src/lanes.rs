@@ -372,8 +372,6 @@ struct Passed<L: Lane> {
     up: L::Mask,
     /// Lanes whose mode ends as the engine of single motions will find.
     open: L::Mask,
-    /// Lanes that are on the next line now.
-    node: L::Mask,
     /// Friction at the event, the stick time and the force rate, of which there are some at a release only.
     event: [L; 3],
     /// Exact evaluations.
@@ -399,7 +397,6 @@ fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L
         go,
         up,
         open: stuck & !release.end.found,
-        node: L::Mask::none(),
         event: [release.direction * c.static_limit, release.end.lasted, rate],
         evaluations: release.evaluations,
     }
@@ -430,7 +427,6 @@ fn arrive<L: Lane>(c: &Column<L>, on: &On<L>, state: &mut State<L>, horizon: L, 
         go,
         up,
         open: slips & !arrival.end.found & !up,
-        node,
         event: [force, none, none],
         evaluations: arrival.evaluations,
     }
@@ -503,7 +499,7 @@ impl Alone {
         *at = self.constants.hybrid(&state);
         self.there.then(|| {
             let event = passed.event.map(|number| number.get(0));
-            Constants::event(at.2.clock, &state, event, passed.node.any())
+            self.constants.event(at.2.clock, &state, event)
         })
     }
 }
@@ -539,7 +535,7 @@ impl Going<'_, '_, '_> {
             let event = passed.event.map(|number| number.get(i));
             let state = state.take(i);
             let clock = constants.clock(state.periods, state.t);
-            let event = Constants::event(clock, &state, event, passed.node.at(i));
+            let event = constants.event(clock, &state, event);
             on_event(*index, &event, &constants.segment(clock, &state));
         }
     }

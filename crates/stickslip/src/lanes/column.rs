@@ -32,7 +32,8 @@ macro_rules! lanes {
                 $(self.$field.set(i, one.$field);)*
             }
 
-            /// Read lane `i`.
+            /// Read lane `i`; what nobody asks for is not read.
+            #[inline(always)]
             #[allow(dead_code, reason = "not every structure is read and chosen from")]
             pub(super) fn take(&self, i: usize) -> $name<f64> {
                 $name { $($field: self.$field.get(i)),* }
@@ -394,13 +395,14 @@ impl Constants {
         (state.x, state.v, hybrid)
     }
 
-    /// The event after which a state is; only a release has a stick time.
+    /// The event after which a state is; only a release has a stick time, and only at a node the mass has not the velocity of
+    /// the drive.
     #[inline(always)]
-    pub(super) fn event(clock: Clock, state: &State<f64>, event: [f64; 3], node: bool) -> Event {
+    pub(super) fn event(&self, clock: Clock, state: &State<f64>, event: [f64; 3]) -> Event {
         let [force, stick_time, force_rate] = event;
         let kind = if !stick_time.is_nan() {
             Kind::Release
-        } else if node {
+        } else if state.v != self.column.drive {
             Kind::Node
         } else if state.stuck == 1.0 {
             Kind::Capture
