@@ -319,7 +319,11 @@ impl Constants {
     )]
     #[inline]
     pub(super) fn track(&self, line: f64) -> &Track {
-        &self.tracks[line as usize]
+        // Most laws have one line: a number need not be made whole for it.
+        match &self.tracks[..] {
+            [only] => only,
+            tracks => &tracks[line as usize],
+        }
     }
 
     /// The state at a hybrid state, to go on until `t_end` for so many events at the most.
@@ -448,8 +452,7 @@ impl Constants {
 
     /// The time so many periods and a time after the phase of the force was zero.
     pub(super) fn clock(&self, periods: f64, t: f64) -> Clock {
-        Clock::default()
-            .after(periods * self.column.period)
+        Clock::at(periods * self.column.period)
             .after(t)
             .after(periods * self.column.period_low - self.shift)
     }
@@ -552,8 +555,8 @@ impl Step<f64> {
             (0.5 * (decay + fast), 0.5 * (decay - fast) * line.per_omega)
         };
         let (wave_sin, wave_cos) = sin_cos(column.frequency * h);
-        let growth = [line.slow, line.fast].map(|rate| exp((-rate * h).max(0.0)));
-        let growth = growth[0].max(growth[1]);
+        let faster = -line.slow.min(line.fast);
+        let growth = if faster > 0.0 { exp(faster * h) } else { 1.0 };
         Self {
             f11: c + line.gamma * s,
             f12: s,
