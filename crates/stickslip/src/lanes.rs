@@ -1,9 +1,10 @@
 //! Many oscillators in SIMD lanes: one motion in each lane of the registers of a processor, from mode to mode.
 //!
-//! A motion goes in a lane where adhesion has a constant limit, friction in slip is of lines that follow each other, at most one
-//! harmonic acts, and the drive moves forward ([`fits`]). Everything else, slip along lines that are very steep, and every mode
-//! whose end the lanes cannot certify, is gone by the engine of single motions; both stand at the begin of a mode, so one goes
-//! on from where the other is. A lane asks nothing of its neighbours, and has the same bits in every [`Width`].
+//! A motion goes in a lane where adhesion begins with the same limit each time, friction in slip is of lines that follow each
+//! other, at most one harmonic acts, and the drive moves forward ([`fits`]). Everything else, adhesion whose limit grows, slip
+//! along lines that are very steep, and every mode whose end the lanes cannot certify, is gone by the engine of single motions;
+//! both stand at the begin of a mode, so one goes on from where the other is. A lane asks nothing of its neighbours, and has the
+//! same bits in every [`Width`].
 
 mod column;
 mod elementary;
@@ -382,7 +383,12 @@ struct Passed<L: Lane> {
 #[inline(always)]
 fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L::Mask) -> Passed<L> {
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let release = stick::release(c, state, stuck);
+    let constant = stuck & !zero.below(c.grows);
+    let release = if constant.any() {
+        stick::release(c, state, constant)
+    } else {
+        stick::Release::unknown()
+    };
     let up = stuck & release.end.found & horizon.at_most(release.end.lasted);
     let go = release.end.found & !up;
     state.go_to(go, &release.end, c.drive);

@@ -55,8 +55,8 @@ lanes! {
     Column {
         /// s, k, D, 1/k and k/m.
         drive, stiffness, damper, per_stiffness, natural_squared,
-        /// The static limit, and the friction slip starts with.
-        static_limit, offset,
+        /// The static limit at the begin of adhesion, 1 where it grows from there, else 0, and the friction slip starts with.
+        static_limit, grows, offset,
         /// Of the force: amplitude A, frequency Ω, 1/Ω and Ω².
         force, frequency, per_frequency, frequency_squared,
         /// 2π/Ω in two parts, of which small multiples of the first are exact.
@@ -200,7 +200,11 @@ fn lines_of(law: &Law, static_limit: f64) -> Option<Vec<Piece>> {
     let mut memory = Memory::default();
     let mut piece = law.begin(0.0, f64::INFINITY, &mut memory);
     let mut pieces = Vec::new();
-    let mut good = piece.low == 0.0 && law.leave(static_limit, &mut memory) == piece;
+    // Whatever the force at which adhesion broke.
+    let mut good = piece.low == 0.0
+        && [static_limit, f64::INFINITY]
+            .into_iter()
+            .all(|force| law.leave(force, &mut memory) == piece);
     while good && piece.high.is_finite() && pieces.len() < LINES {
         let next = law.next(&piece, Ending::High, piece.high, &mut memory);
         let jump = (next.force(next.low) - piece.force(piece.high)).abs();
@@ -216,8 +220,9 @@ fn lines_of(law: &Law, static_limit: f64) -> Option<Vec<Piece>> {
 }
 
 impl Constants {
-    /// Of an oscillator of the kind that goes in lanes: friction alike in both directions, adhesion with a constant limit,
-    /// friction in slip of lines one of which at least the lanes can go, at most one harmonic, a drive that moves forward.
+    /// Of an oscillator of the kind that goes in lanes: friction alike in both directions, adhesion whose limit at its begin is
+    /// always the same, friction in slip of lines one of which at least the lanes can go, at most one harmonic, a drive that
+    /// moves forward.
     pub(super) fn of(oscillator: &Oscillator) -> Option<Self> {
         let law = &oscillator.law;
         let forced = match oscillator.forcing[..] {
@@ -225,7 +230,7 @@ impl Constants {
             [harmonic] => Some(harmonic),
             _ => return None,
         };
-        let constant = law.growth_bound(0.0) == 0.0 && !(law.feels_force_rate() && forced.is_some());
+        let constant = !(law.feels_force_rate() && forced.is_some());
         let alike = std::ptr::eq(law, law.toward(-1.0));
         if !alike || law.smooth() || !constant || law.branches(0.0).is_some() {
             return None;
@@ -277,6 +282,7 @@ impl Constants {
             per_stiffness: 1.0 / k,
             natural_squared,
             static_limit,
+            grows: f64::from(u8::from(law.growth_bound(0.0) > 0.0)),
             offset,
             force: amplitude,
             frequency,
