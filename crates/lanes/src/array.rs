@@ -4,6 +4,9 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use crate::{Lane, Mask};
 
+/// What is added to this number is rounded to a whole one.
+const WHOLE: f64 = 1.5 * (1_u64 << 52) as f64;
+
 /// A number in each of N lanes.
 #[derive(Clone, Copy, Debug)]
 pub struct Array<const N: usize>([f64; N]);
@@ -109,7 +112,11 @@ impl<const N: usize> Lane for Array<N> {
 
     #[inline(always)]
     fn floor(self) -> Self {
-        Self(self.0.map(f64::floor))
+        // Not every processor has an instruction for it, and a call costs five times as much.
+        Self(self.0.map(|x| {
+            let near = (x + WHOLE) - WHOLE;
+            if near > x { near - 1.0 } else { near }
+        }))
     }
 
     #[inline(always)]

@@ -45,7 +45,7 @@ pub trait Lane:
     fn set(&mut self, i: usize, x: f64);
     /// |x|.
     fn abs(self) -> Self;
-    /// The largest whole number not above x.
+    /// The largest whole number not above x, for |x| < 2⁵¹.
     fn floor(self) -> Self;
     /// x < y; no where one is not a number.
     fn below(self, other: Self) -> Self::Mask;

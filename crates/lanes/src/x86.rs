@@ -42,22 +42,22 @@ macro_rules! operators {
     };
 }
 
-/// What is read lane by lane goes through an array.
+/// One number is read or written, not the whole register: many structures are read and written lane by lane.
 macro_rules! by_lane {
-    ($width:literal, $store:ident) => {
+    ($width:literal) => {
         #[inline(always)]
         fn get(self, i: usize) -> f64 {
-            let mut lanes = [0.0; $width];
-            safe!($store(lanes.as_mut_ptr(), self.0));
-            lanes[i]
+            assert!(i < $width, "a lane of the register");
+            let first = std::ptr::from_ref(&self.0).cast::<f64>();
+            // SAFETY: a register is so many numbers one after the other.
+            unsafe { *first.add(i) }
         }
 
         #[inline(always)]
         fn set(&mut self, i: usize, x: f64) {
             assert!(i < $width, "a lane of the register");
-            // One number is written, not the whole register: many structures are written lane by lane.
             let first = std::ptr::from_mut(&mut self.0).cast::<f64>();
-            // SAFETY: a register is so many numbers one after the other.
+            // SAFETY: as above.
             unsafe { *first.add(i) = x };
         }
     };
@@ -134,7 +134,7 @@ impl Lane for Eight {
         Self(safe!(_mm512_set1_pd(x)))
     }
 
-    by_lane!(8, _mm512_storeu_pd);
+    by_lane!(8);
 
     #[inline(always)]
     fn abs(self) -> Self {
@@ -242,7 +242,7 @@ impl Lane for Four {
         Self(safe!(_mm256_set1_pd(x)))
     }
 
-    by_lane!(4, _mm256_storeu_pd);
+    by_lane!(4);
 
     #[inline(always)]
     fn abs(self) -> Self {

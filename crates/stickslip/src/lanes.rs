@@ -1,9 +1,10 @@
 //! Many oscillators in SIMD lanes: one motion in each lane of the registers of a processor, from mode to mode.
 //!
-//! A motion goes in a lane where adhesion has a constant limit, friction in slip is of lines that follow each other, at most one
-//! harmonic acts, and the drive moves forward ([`fits`]). Everything else, slip along lines that are very steep, and every mode
-//! whose end the lanes cannot certify, is gone by the engine of single motions; both stand at the begin of a mode, so one goes
-//! on from where the other is. A lane asks nothing of its neighbours, and has the same bits in every [`Width`].
+//! A motion goes in a lane where adhesion begins with the same limit each time, friction in slip is of lines that follow each
+//! other, at most one harmonic acts, and the drive moves forward ([`fits`]). Everything else, adhesion whose limit grows, slip
+//! along lines that are very steep, and every mode whose end the lanes cannot certify, is gone by the engine of single motions;
+//! both stand at the begin of a mode, so one goes on from where the other is. A lane asks nothing of its neighbours, and has the
+//! same bits in every [`Width`].
 
 mod column;
 mod elementary;
@@ -372,8 +373,6 @@ struct Passed<L: Lane> {
     up: L::Mask,
     /// Lanes whose mode ends as the engine of single motions will find.
     open: L::Mask,
-    /// Lanes that are on the next line now.
-    node: L::Mask,
     /// Friction at the event, the stick time and the force rate, of which there are some at a release only.
     event: [L; 3],
     /// Exact evaluations.
@@ -384,7 +383,12 @@ struct Passed<L: Lane> {
 #[inline(always)]
 fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L::Mask) -> Passed<L> {
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let release = stick::release(c, state, stuck);
+    let constant = stuck & !zero.below(c.grows);
+    let release = if constant.any() {
+        stick::release(c, state, constant)
+    } else {
+        stick::Release::unknown()
+    };
     let up = stuck & release.end.found & horizon.at_most(release.end.lasted);
     let go = release.end.found & !up;
     state.go_to(go, &release.end, c.drive);
@@ -399,7 +403,6 @@ fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L
         go,
         up,
         open: stuck & !release.end.found,
-        node: L::Mask::none(),
         event: [release.direction * c.static_limit, release.end.lasted, rate],
         evaluations: release.evaluations,
     }
@@ -430,7 +433,6 @@ fn arrive<L: Lane>(c: &Column<L>, on: &On<L>, state: &mut State<L>, horizon: L, 
         go,
         up,
         open: slips & !arrival.end.found & !up,
-        node,
         event: [force, none, none],
         evaluations: arrival.evaluations,
     }
@@ -503,7 +505,7 @@ impl Alone {
         *at = self.constants.hybrid(&state);
         self.there.then(|| {
             let event = passed.event.map(|number| number.get(0));
-            Constants::event(at.2.clock, &state, event, passed.node.any())
+            self.constants.event(at.2.clock, &state, event)
         })
     }
 }
@@ -539,7 +541,7 @@ impl Going<'_, '_, '_> {
             let event = passed.event.map(|number| number.get(i));
             let state = state.take(i);
             let clock = constants.clock(state.periods, state.t);
-            let event = Constants::event(clock, &state, event, passed.node.at(i));
+            let event = constants.event(clock, &state, event);
             on_event(*index, &event, &constants.segment(clock, &state));
         }
     }

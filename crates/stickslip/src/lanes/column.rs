@@ -32,7 +32,8 @@ macro_rules! lanes {
                 $(self.$field.set(i, one.$field);)*
             }
 
-            /// Read lane `i`.
+            /// Read lane `i`; what nobody asks for is not read.
+            #[inline(always)]
             #[allow(dead_code, reason = "not every structure is read and chosen from")]
             pub(super) fn take(&self, i: usize) -> $name<f64> {
                 $name { $($field: self.$field.get(i)),* }
@@ -54,8 +55,8 @@ lanes! {
     Column {
         /// s, k, D, 1/k and k/m.
         drive, stiffness, damper, per_stiffness, natural_squared,
-        /// The static limit, and the friction slip starts with.
-        static_limit, offset,
+        /// The static limit at the begin of adhesion, 1 where it grows from there, else 0, and the friction slip starts with.
+        static_limit, grows, offset,
         /// Of the force: amplitude A, frequency Ω, 1/Ω and Ω².
         force, frequency, per_frequency, frequency_squared,
         /// 2π/Ω in two parts, of which small multiples of the first are exact.
@@ -199,7 +200,11 @@ fn lines_of(law: &Law, static_limit: f64) -> Option<Vec<Piece>> {
     let mut memory = Memory::default();
     let mut piece = law.begin(0.0, f64::INFINITY, &mut memory);
     let mut pieces = Vec::new();
-    let mut good = piece.low == 0.0 && law.leave(static_limit, &mut memory) == piece;
+    // Whatever the force at which adhesion broke.
+    let mut good = piece.low == 0.0
+        && [static_limit, f64::INFINITY]
+            .into_iter()
+            .all(|force| law.leave(force, &mut memory) == piece);
     while good && piece.high.is_finite() && pieces.len() < LINES {
         let next = law.next(&piece, Ending::High, piece.high, &mut memory);
         let jump = (next.force(next.low) - piece.force(piece.high)).abs();
@@ -215,8 +220,9 @@ fn lines_of(law: &Law, static_limit: f64) -> Option<Vec<Piece>> {
 }
 
 impl Constants {
-    /// Of an oscillator of the kind that goes in lanes: friction alike in both directions, adhesion with a constant limit,
-    /// friction in slip of lines one of which at least the lanes can go, at most one harmonic, a drive that moves forward.
+    /// Of an oscillator of the kind that goes in lanes: friction alike in both directions, adhesion whose limit at its begin is
+    /// always the same, friction in slip of lines one of which at least the lanes can go, at most one harmonic, a drive that
+    /// moves forward.
     pub(super) fn of(oscillator: &Oscillator) -> Option<Self> {
         let law = &oscillator.law;
         let forced = match oscillator.forcing[..] {
@@ -224,7 +230,7 @@ impl Constants {
             [harmonic] => Some(harmonic),
             _ => return None,
         };
-        let constant = law.growth_bound(0.0) == 0.0 && !(law.feels_force_rate() && forced.is_some());
+        let constant = !(law.feels_force_rate() && forced.is_some());
         let alike = std::ptr::eq(law, law.toward(-1.0));
         if !alike || law.smooth() || !constant || law.branches(0.0).is_some() {
             return None;
@@ -276,6 +282,7 @@ impl Constants {
             per_stiffness: 1.0 / k,
             natural_squared,
             static_limit,
+            grows: f64::from(u8::from(law.growth_bound(0.0) > 0.0)),
             offset,
             force: amplitude,
             frequency,
@@ -318,7 +325,11 @@ impl Constants {
     )]
     #[inline]
     pub(super) fn track(&self, line: f64) -> &Track {
-        &self.tracks[line as usize]
+        // Most laws have one line: a number need not be made whole for it.
+        match &self.tracks[..] {
+            [only] => only,
+            tracks => &tracks[line as usize],
+        }
     }
 
     /// The state at a hybrid state, to go on until `t_end` for so many events at the most.
@@ -394,13 +405,14 @@ impl Constants {
         (state.x, state.v, hybrid)
     }
 
-    /// The event after which a state is; only a release has a stick time.
+    /// The event after which a state is; only a release has a stick time, and only at a node the mass has not the velocity of
+    /// the drive.
     #[inline(always)]
-    pub(super) fn event(clock: Clock, state: &State<f64>, event: [f64; 3], node: bool) -> Event {
+    pub(super) fn event(&self, clock: Clock, state: &State<f64>, event: [f64; 3]) -> Event {
         let [force, stick_time, force_rate] = event;
         let kind = if !stick_time.is_nan() {
             Kind::Release
-        } else if node {
+        } else if state.v != self.column.drive {
             Kind::Node
         } else if state.stuck == 1.0 {
             Kind::Capture
@@ -446,8 +458,7 @@ impl Constants {
 
     /// The time so many periods and a time after the phase of the force was zero.
     pub(super) fn clock(&self, periods: f64, t: f64) -> Clock {
-        Clock::default()
-            .after(periods * self.column.period)
+        Clock::at(periods * self.column.period)
             .after(t)
             .after(periods * self.column.period_low - self.shift)
     }
@@ -550,8 +561,8 @@ impl Step<f64> {
             (0.5 * (decay + fast), 0.5 * (decay - fast) * line.per_omega)
         };
         let (wave_sin, wave_cos) = sin_cos(column.frequency * h);
-        let growth = [line.slow, line.fast].map(|rate| exp((-rate * h).max(0.0)));
-        let growth = growth[0].max(growth[1]);
+        let faster = -line.slow.min(line.fast);
+        let growth = if faster > 0.0 { exp(faster * h) } else { 1.0 };
         Self {
             f11: c + line.gamma * s,
             f12: s,

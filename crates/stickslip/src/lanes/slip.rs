@@ -71,15 +71,12 @@ impl<L: Lane> Sample<L> {
         Self([reach - value, -rate, -curvature])
     }
 
-    /// Another one where the mask says so.
+    /// Become another one where the mask says so.
     #[inline(always)]
-    fn or(self, mask: L::Mask, other: Self) -> Self {
-        let [value, rate, curvature] = self.0;
-        Self([
-            L::choose(mask, other.0[0], value),
-            L::choose(mask, other.0[1], rate),
-            L::choose(mask, other.0[2], curvature),
-        ])
+    fn become_where(&mut self, mask: L::Mask, other: Self) {
+        for (own, other) in self.0.iter_mut().zip(other.0) {
+            *own = L::choose(mask, other, *own);
+        }
     }
 }
 
@@ -244,22 +241,27 @@ pub(super) fn arrival<L: Lane>(
         let closer = active & !clear & !beyond & level.below(n(HALVINGS as f64));
         if closer.any() {
             level = L::choose(closer, level + one, level);
-            for (j, shorter) in steps.iter().enumerate().skip(1) {
-                let j = n(j as f64);
-                let here = closer & level.at_most(j) & j.at_most(level);
-                step = step.or(here, shorter);
+            // By the levels there are: to choose among all steps is to load them all for every slip.
+            let mut rest = closer;
+            for i in 0..L::WIDTH {
+                if rest.at(i) {
+                    let own = level.get(i);
+                    let here = rest & is(level, n(own));
+                    step = step.or(here, &steps[own as usize]);
+                    rest = rest & !here;
+                }
             }
             slack = step.slack * sixth;
         }
         let ends = active & beyond;
-        right = right.or(ends, next);
+        right.become_where(ends, next);
         crossed = crossed | ends;
         let on = active & clear;
         value = L::choose(on, next_value, value);
         rate = L::choose(on, next_rate, rate);
         wave_value = L::choose(on, next_wave, wave_value);
         wave_slope = L::choose(on, next_slope, wave_slope);
-        left = left.or(on, next);
+        left.become_where(on, next);
         gone = L::choose(on, gone + step.h, gone);
         if is_growing {
             // Rounding grows with the motion.
@@ -283,13 +285,17 @@ pub(super) fn arrival<L: Lane>(
         lasts: lasts | (active & level.at_most(zero)),
         evaluations: 0,
     };
-    let (rounding, sixth) = (rounding * step.growth, sixth * step.growth);
+    if is_growing {
+        rounding = rounding * step.growth;
+        sixth = sixth * step.growth;
+    }
     let is_high = high.any();
     // From here on the margin to the end that is crossed, and that to the other one beside it.
-    let other = left.or(!high, left.below(line.reach));
-    if is_high {
-        left = left.or(high, left.below(line.reach));
-        right = right.or(high, right.below(line.reach));
+    let mut other = left;
+    if is_bounded {
+        other.become_where(!high, left.below(line.reach));
+        left.become_where(high, left.below(line.reach));
+        right.become_where(high, right.below(line.reach));
     }
     let sense = L::choose(high, -sign, sign);
     let d = step.h;

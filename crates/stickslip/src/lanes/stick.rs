@@ -25,6 +25,19 @@ pub(super) struct Release<L: Lane> {
     pub(super) evaluations: u64,
 }
 
+impl<L: Lane> Release<L> {
+    /// Of no lane yet.
+    #[inline(always)]
+    pub(super) fn unknown() -> Self {
+        Self {
+            end: End::unknown(),
+            direction: L::splat(1.0),
+            evaluations: 0,
+        }
+    }
+}
+
+/// Of adhesion with a constant limit.
 #[inline(always)]
 pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) -> Release<L> {
     let n = L::splat;
@@ -98,9 +111,8 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         & skipped.below(n(1e6))
         & (high - start).below(n(1e7));
     let mut release = Release {
-        end: End::unknown(),
         direction: sense,
-        evaluations: 0,
+        ..Release::unknown()
     };
     for _ in 0..ROUNDS {
         if !open.any() {
