@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import stickslip as ss
@@ -237,3 +238,20 @@ def test_a_step_shorter_than_the_clock_can_tell_ends_no_run(node):
         for method in ("LSODA", "Radau")
     ]
     np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-7)
+
+
+def test_rate_and_state_friction_that_is_almost_viscous_is_as_exact_as_other_friction():
+    """u of friction N a u is below 1e-3 here: an error of 1e-10 of u would be one of 1e-7 of the slip velocity."""
+    a, b, length, reference, bulk, s, damping = 0.05, 0.15, 0.3, 0.01, 0.1, 1.0, 0.02
+    law = ss.laws.RateState(1.0, a, b, length, reference, reference_friction=bulk)
+    t = np.linspace(0.0, 20.0, 101)
+
+    def rates(_, y):
+        x, w, psi = y
+        friction = a * np.arcsinh(w / (2 * reference) * np.exp((bulk + b * psi) / a))
+        return [s - w, x + damping * (s - w) - friction, (reference * np.exp(-psi) - abs(w)) / length]
+
+    start = [0.3, s - 0.2, -np.log((s - 0.2) / reference)]
+    own = solve_ivp(rates, (0.0, 20.0), start, "DOP853", t, rtol=1e-13, atol=1e-15).y
+    orbit = ss.simulate(ss.Oscillator(damping, s, law), 20.0, 0.3, 0.2)
+    assert np.abs(orbit.to_xarray(t).slip_velocity.to_numpy() - own[1]).max() < 5e-8

@@ -23,14 +23,13 @@ use report::{Row, StateReport};
 use crate::flow::ROUNDINGS;
 use crate::verdict::{Finding, Verdict};
 
-/// An integrator estimates the error of a step, which it keeps below its tolerance: so many times that is a failure.
+/// An integrator estimates the error of a step, which it keeps below its tolerance: so many times that is a failure,
+/// at its end and in between.
 const ESTIMATES: f64 = 100.0;
 /// So many times more where friction has a corner or a layer inside the step, of which no estimate knows: there a step of the
 /// judge has to be halved as often as this.
 const CORNER: f64 = 100.0;
 const HALVED: u32 = 5;
-/// The interpolant between two steps has a lower order than the steps.
-const BETWEEN: f64 = 1e5;
 /// More steps of the judge than this a run are not judged.
 const WORK: u64 = 40_000;
 
@@ -372,7 +371,7 @@ impl Judge<'_> {
                 row.t,
                 [&y, &told, &from],
                 sizes,
-                more * BETWEEN,
+                more * ESTIMATES,
             );
         }
         Some(())

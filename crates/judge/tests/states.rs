@@ -35,7 +35,7 @@ fn a_run_that_was_left_alone_is_right_and_a_step_that_was_moved_is_found() {
     assert_eq!(what, "acceleration");
     // Steps of 1e-8 that are said to be of 1e-13.
     let what = finding(&case, |report| report.tolerance = 1e-13);
-    assert!(what.ends_with(" step"), "{what}");
+    assert!(what.contains(" step"), "{what}");
     let what = finding(&case, |report| report.rows[40].z[0] += 1e-5);
     assert_eq!(what, "friction");
     let what = finding(&case, |report| report.rows[40].a[0] *= 1.0 + 1e-9);
@@ -164,10 +164,21 @@ fn a_sample_of_random_runs_is_right() {
 
 /// Runs of the core's own integrator on which it or the judge was wrong once: an interpolant in a logarithm that overshot by
 /// many times its base, a step over a corner of a drive, a start with the rounding of its logarithm, a corner of |w| in a step,
-/// bodies that only a point beside the motion would have parted.
+/// bodies that only a point beside the motion would have parted, a slope that a drive has after its node in the step before,
+/// a slope at the end of a step that multiplied its error by the stiffness.
 #[test]
 fn what_once_failed_is_right() {
-    for (seed, index) in [(6004, 39), (12, 1114), (3, 83), (6010, 6), (6009, 37), (6003, 21)] {
+    let once = [
+        (6004, 39),
+        (12, 1114),
+        (3, 83),
+        (6010, 6),
+        (6009, 37),
+        (6003, 21),
+        (6310, 31),
+        (6303, 2),
+    ];
+    for (seed, index) in once {
         let verdict = judge(&draw::state(seed, index)).unwrap();
         assert!(
             verdict.findings.is_empty(),

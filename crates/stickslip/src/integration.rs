@@ -2,7 +2,8 @@
 //!
 //! RODAS4, a Rosenbrock method of order 4 with one of order 3 for its error, stiffly accurate and L-stable: E. Hairer &
 //! G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.7. Between two steps each
-//! variable is the cubic through its values and slopes.
+//! variable is the cubic of the method's own dense output (the same, section VI.4 and the program RODAS): a cubic through the
+//! slopes at both ends would multiply their errors by the stiffness.
 
 use crate::elementary::power;
 use crate::engine::{Engine, Reached, Samples};
@@ -70,6 +71,23 @@ const C: [[f64; 5]; 6] = [
         -6.058_818_238_834_054,
     ],
 ];
+/// What each of the first five stages adds to the two coefficients of the cubic between two steps.
+const BETWEEN: [[f64; 5]; 2] = [
+    [
+        10.126_235_083_445_86,
+        -7.487_995_877_610_167,
+        -34.800_918_615_557_47,
+        -7.992_771_707_568_823,
+        1.025_137_723_295_662,
+    ],
+    [
+        -0.676_280_339_280_125_3,
+        6.087_714_651_680_015,
+        16.430_843_208_924_78,
+        24.767_225_114_183_86,
+        -6.594_389_125_716_872,
+    ],
+];
 /// The time of each stage within the step, and the factor of ∂f/∂t.
 const TIME: [f64; 6] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
 const DRIFT: [f64; 6] = [0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0];
@@ -79,16 +97,19 @@ const DRIFT: [f64; 6] = [0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0];
 pub struct Integration {
     system: StateSystem,
     scales: Vec<f64>,
-    /// The part of each variable itself that counts with its scale.
+    /// The part of each variable itself that counts besides its scale.
     shares: Vec<f64>,
     /// The slip velocity below which nothing slips.
     least: f64,
     tolerance: f64,
     /// Times of the steps that are kept.
     t: Vec<f64>,
-    /// The variables there, those of [`StateSystem::regular`], row after row, and their slopes.
+    /// The variables there, those of [`StateSystem::regular`], row after row, and the two coefficients of the polynomial that
+    /// leads to each row from the one before.
     y: Vec<f64>,
-    slopes: Vec<f64>,
+    between: [Vec<f64>; 2],
+    /// Their slopes at the last step.
+    slope: Vec<f64>,
     /// The variables at t = 0 as they were given: those of [`StateSystem::regular`] have rounding of their own.
     start: Box<[f64]>,
     /// The length of the next step.
@@ -119,7 +140,8 @@ impl Integration {
             shares,
             least,
             t: vec![0.0],
-            slopes: system.regular_rates(0.0, &y, least),
+            slope: system.regular_rates(0.0, &y, least),
+            between: [vec![0.0; y.len()], vec![0.0; y.len()]],
             y,
             h: 1e-3 * system.period(),
             steps: 0,
@@ -157,7 +179,7 @@ impl Integration {
             } else {
                 self.h.min(0.5 * left)
             };
-            let (error, y) = self.step(t, h, node);
+            let Step { error, y, between } = self.step(t, h, node);
             self.h =
                 h * (0.9 * power(error.max(1e-10), -0.25)).clamp(0.2, if error <= 1.0 { 5.0 } else { 0.9 });
             if error <= 1.0 {
@@ -165,16 +187,18 @@ impl Integration {
                     return stop;
                 }
                 let now = if h == left { until } else { t + h };
-                let slope = self.system.regular_rates(now, &y, self.least);
+                self.slope = self.system.regular_rates(now, &y, self.least);
                 if now <= after {
                     self.t.clear();
                     self.y.clear();
-                    self.slopes.clear();
+                    self.between.iter_mut().for_each(Vec::clear);
                 }
                 self.t.push(now);
                 self.y.extend(y);
-                self.slopes.extend(slope);
-                if self.y.len() * 2 * size_of::<f64>() > MOST_BYTES {
+                for (kept, coefficients) in self.between.iter_mut().zip(between) {
+                    kept.extend(coefficients);
+                }
+                if self.y.len() * 3 * size_of::<f64>() > MOST_BYTES {
                     return Stop::Memory;
                 }
             } else if self.h <= SHORTEST * t.max(self.system.period()) {
@@ -183,13 +207,12 @@ impl Integration {
         }
     }
 
-    /// Try a step: what it missed, over what it may, and where it leads. It is taken where that is no more than 1.
-    /// Up to a `node` of a drive it sees the piece before it alone.
-    fn step(&mut self, t: f64, h: f64, node: f64) -> (f64, Vec<f64>) {
+    /// Try a step. Up to a `node` of a drive it sees the piece before it alone.
+    fn step(&mut self, t: f64, h: f64, node: f64) -> Step {
         let before = node * (1.0 - f64::EPSILON);
         let (system, width) = (&self.system, self.system.width());
         let y = &self.y[self.y.len() - width..];
-        let slope = &self.slopes[self.slopes.len() - width..];
+        let slope = &self.slope;
         let (mut matrix, drift) = system.jacobian(t, y, slope, &self.scales, self.least);
         for entry in &mut matrix {
             *entry = -*entry;
@@ -198,7 +221,11 @@ impl Integration {
             matrix[i * width + i] += 1.0 / (h * GAMMA);
         }
         let Some(pivots) = factor(&mut matrix, width) else {
-            return (f64::INFINITY, Vec::new());
+            return Step {
+                error: f64::INFINITY,
+                y: Vec::new(),
+                between: Default::default(),
+            };
         };
         let mut stages: Vec<Vec<f64>> = Vec::with_capacity(6);
         let mut at = y.to_vec();
@@ -224,6 +251,13 @@ impl Integration {
             solve(&matrix, &pivots, &mut right);
             stages.push(right);
         }
+        let between = BETWEEN.map(|factors| {
+            let mut sum = vec![0.0; width];
+            for (k, factor) in stages.iter().zip(factors) {
+                add(&mut sum, factor, k);
+            }
+            sum
+        });
         let missed = &stages[5];
         add(&mut at, 1.0, missed);
         let scales = self.scales.iter().zip(&self.shares);
@@ -233,7 +267,11 @@ impl Integration {
             (missed / may) * (missed / may)
         });
         let error = (squares.sum::<f64>() / width as f64).sqrt();
-        (if error.is_nan() { f64::INFINITY } else { error }, at)
+        Step {
+            error: if error.is_nan() { f64::INFINITY } else { error },
+            y: at,
+            between,
+        }
     }
 
     /// What moved.
@@ -272,22 +310,10 @@ impl Integration {
         }
         let h = self.t[next] - self.t[next - 1];
         let s = (t - self.t[next - 1]) / h;
-        let mut y = row(&self.y, next - 1);
-        let (to, from_slope, to_slope) = (
-            row(&self.y, next),
-            row(&self.slopes, next - 1),
-            row(&self.slopes, next),
-        );
+        let (mut y, to) = (row(&self.y, next - 1), row(&self.y, next));
+        let [first, second] = [0, 1].map(|power: usize| row(&self.between[power], next));
         for i in 0..width {
-            let rise = to[i] - y[i];
-            let mut ends = [h * from_slope[i], h * to_slope[i]];
-            if self.shares[i] == 0.0 && ends.iter().any(|end| (end - rise).abs() > 1.0) {
-                // A logarithm that jumps within the step: a cubic would overshoot by many times its base, a monotone one
-                // does not (Fritsch & Carlson, SIAM J. Numer. Anal. 17 (1980) 238).
-                ends = ends.map(|end| (end * rise.signum()).clamp(0.0, 3.0 * rise.abs()) * rise.signum());
-            }
-            let (a, b) = (ends[0] - rise, rise - ends[1]);
-            y[i] += s * (rise + (1.0 - s) * ((1.0 - s) * a + s * b));
+            y[i] = y[i] * (1.0 - s) + s * (to[i] + (1.0 - s) * (first[i] + s * second[i]));
         }
         self.system.natural(&y)
     }
@@ -380,6 +406,16 @@ struct Columns {
     w: Vec<f64>,
     slip_acceleration: Vec<f64>,
     stuck: Vec<bool>,
+}
+
+/// A step that was tried.
+struct Step {
+    /// What it missed, over what it may: it is taken where that is no more than 1.
+    error: f64,
+    /// Where it leads.
+    y: Vec<f64>,
+    /// The coefficients of the polynomial that leads there.
+    between: [Vec<f64>; 2],
 }
 
 fn add(sum: &mut [f64], factor: f64, values: &[f64]) {

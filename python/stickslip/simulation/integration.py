@@ -103,7 +103,7 @@ def integrate(
     scale = _scales(whole, laws, np.concatenate([begin, slip]))
     noise = tolerance * scale[whole.masses]
     first, small, share = core.regular(np.concatenate([begin, z]))
-    scale = np.where(share == 0.0, small, scale)
+    scale = np.where(share < 1.0, small, scale)
     # A slip velocity within the tolerance, and within what the clock can tell, is at rest.
     finest = noise * max(0.01, 10 * math.ulp(end) * 2 * math.pi / whole.natural_period / tolerance)
     bends = [
@@ -164,7 +164,7 @@ def integrate(
                         dense_output=True,
                         events=time_left,
                         # The others take one relative error for all variables.
-                        rtol=np.where(share == 0.0, _SMALLEST, tolerance) if attempt == "LSODA" else tolerance,
+                        rtol=np.maximum(tolerance * share, _SMALLEST) if attempt == "LSODA" else tolerance,
                         atol=tolerance * scale,
                     )  # type: ignore[call-overload, unused-ignore]
                 pieces.append(piece)

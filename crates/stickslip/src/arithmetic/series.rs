@@ -227,9 +227,11 @@ pub fn first_root(
     let root = march(&known, rounding, at_reversal, reach, grazes);
     // One at the start is where the guard begins, and no search found it.
     debug_assert!(
-        root.is_none_or(
-            |h| h == 0.0 || changes_sign(h, CERTIFIED * reach, |t| [at(&known, t), MORE * rounding])
-        ),
+        root.is_none_or(|h| if h == 0.0 {
+            known[0] <= rounding
+        } else {
+            changes_sign(h, CERTIFIED * reach, |t| [at(&known, t), MORE * rounding])
+        }),
         "{root:?} is no root of {known:?} within {reach}"
     );
     root
@@ -261,6 +263,9 @@ fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &
         return None;
     }
     let curvature = curvature_bound(&series, reach);
+    if curvature == f64::INFINITY && reach < 1.0 {
+        return march_in_own_time(guard, rounding, at_reversal, reach, grazes);
+    }
     let tiny = f64::EPSILON * reach;
     let mut t = 0.0;
     // Quadratic convergence needs a few dozen; a guard that touches zero within rounding is given up there.
@@ -301,6 +306,38 @@ fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &
     Some(t)
 }
 
+/// The same in units of the reach: of motions that are fast in the units of the document the high powers are almost too large
+/// for a number, and bounds of them are. Powers of two keep each bit.
+#[cold]
+fn march_in_own_time(
+    guard: &Series,
+    rounding: f64,
+    at_reversal: bool,
+    reach: f64,
+    grazes: &mut Vec<f64>,
+) -> Option<f64> {
+    // The largest power of two that is no more than the reach.
+    let unit = reach / significand(reach);
+    let mut scaled = *guard;
+    for k in 1..=ORDER {
+        for term in &mut scaled[k..] {
+            *term *= unit;
+        }
+    }
+    let before = grazes.len();
+    let root = march(&scaled, rounding, at_reversal, reach / unit, grazes);
+    for graze in &mut grazes[before..] {
+        *graze *= unit;
+    }
+    root.map(|h| h * unit)
+}
+
+/// In [1, 2).
+fn significand(value: f64) -> f64 {
+    const FRACTION: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
+    f64::from_bits(value.to_bits() & FRACTION | 1.0_f64.to_bits())
+}
+
 /// The time after which a guard that meets zero at `t` is clear of it again, if it turns back before it is below `rounding`.
 fn touch(series: &Series, t: f64, (value, slope): (f64, f64), rounding: f64) -> Option<f64> {
     let curvature = slope_at(&derivative(series), t).1;
@@ -330,6 +367,29 @@ mod tests {
             None
         );
         assert!(grazes.is_empty());
+    }
+
+    #[test]
+    fn a_guard_that_is_fast_in_its_unit_of_time_has_the_same_root() {
+        // exp(−h) − 1/2, and with a unit of time in which the last powers times their number are too large.
+        let (mut slow, mut term) = (ZERO, 1.0);
+        let unit = 2.0_f64.powi(-40);
+        for k in 0..=ORDER {
+            slow[k] = term;
+            term /= -((k + 1) as f64);
+        }
+        slow[0] -= 0.5;
+        let mut series = slow;
+        for k in 1..=ORDER {
+            for term in &mut series[k..] {
+                *term /= unit;
+            }
+        }
+        assert!(series[ORDER].is_finite() && !super::curvature_bound(&series, unit).is_finite());
+        let known = first_root(&slow, 1e-15, false, 1.5, &mut Vec::new()).unwrap();
+        let root = first_root(&series, 1e-15, false, 1.5 * unit, &mut Vec::new()).unwrap();
+        assert!((known - 2.0_f64.ln()).abs() < 1e-14, "{known}");
+        assert!((root / unit - known).abs() < 1e-14, "{}", root / unit);
     }
 
     #[test]

@@ -90,6 +90,8 @@ pub(crate) struct Frame {
     /// The highest power of a step that is kept.
     pub(crate) order: usize,
     inverse: Matrix,
+    /// M.
+    inertia: Rows<f64>,
     /// M⁻¹ K and M⁻¹ D.
     near: Rows<[f64; 2]>,
     /// b_c as (mass, other).
@@ -129,6 +131,8 @@ pub(crate) struct Held {
     gain: Rows<f64>,
     /// Masses whose acceleration follows from that of what they are held to, in an order in which that is known.
     carried: Vec<Carried>,
+    /// Whether each of the contacts carries one.
+    each_carries: bool,
     /// What heavy damping makes slow meanwhile.
     slow: Option<Slow>,
 }
@@ -260,6 +264,7 @@ impl Frame {
             push: pushed.fold(driven, f64::max),
             layout: Layout::new(&near, &ends, &response),
             inverse,
+            inertia: Rows::new(system.mass.iter().map(|row| filled(row))),
             near,
             ends,
             response,
@@ -368,12 +373,12 @@ impl Frame {
             Rows::new((0..m).map(|i| filled(dense.row(i))))
         };
         let carried = self.carried(&contacts);
-        let slow = None;
         Held {
+            each_carries: carried.len() == contacts.len(),
             contacts,
             gain,
             carried,
-            slow,
+            slow: None,
         }
     }
 
@@ -491,6 +496,9 @@ pub(crate) struct Motion {
     grown: Vec<Grown>,
     acceleration: Vec<f64>,
     wanted: Vec<f64>,
+    /// The accelerations that contacts that hold give the masses, and the forces on those for that.
+    gained: Vec<f64>,
+    load: Vec<f64>,
     /// What rounding took of the positions and velocities along the steps so far: of a slip speed that is less than the
     /// rounding of the velocities it is all there is.
     lost: Vec<[f64; 2]>,
@@ -521,6 +529,8 @@ impl Motion {
             grown: vec![Grown::default(); c],
             acceleration: vec![0.0; n],
             wanted: vec![0.0; c],
+            gained: vec![0.0; n],
+            load: vec![0.0; n],
             lost: vec![[0.0; 2]; n],
             acting: Acting::new(frame),
             slow: None,

@@ -13,6 +13,8 @@ use crate::system::System;
 
 /// The part of a variable over which differences are taken: the root of the rounding.
 const DIFFERENCE: f64 = 1.5e-8;
+/// The part of u of [`StateSystem::regular`] that counts, where a slip velocity is a multiple of it: u goes to about 100.
+const MULTIPLE: f64 = 0.1;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c(w_c, z_c) + Σ e_i A cos(Ω t + φ), ż_c = g_c(w_c, z_c), in the variables [x, q, z].
 ///
@@ -159,12 +161,24 @@ impl StateSystem {
         rates
     }
 
-    /// What counts as small in the variables of [`StateSystem::regular`], and which part of each variable does besides it:
-    /// 1 or, of a variable that is a logarithm, none.
+    /// What counts as small in the variables of [`StateSystem::regular`], and which part of each variable does besides it: 1,
+    /// and less of those in place of a slip velocity.
+    ///
+    /// u is a logarithm of w where it is large: an error of it is a relative one of w. Where it is small, it is a multiple of
+    /// w: what counts as small in w does so in it too.
     pub fn regular_scales(&self, y: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (mut scales, mut shares) = (self.scales(y), vec![1.0; y.len()]);
-        for Steep { slip, .. } in &self.steep {
-            (scales[*slip], shares[*slip]) = (1.0, 0.0);
+        for Steep { contact, slip, state } in &self.steep {
+            let law = &self.system.contacts[*contact].law;
+            let mut steady = vec![0.0; state.len()];
+            law.steady(scales[*slip], &mut steady);
+            let sizes = [&y[state.clone()], &*steady].map(|z| law.slip_variable(scales[*slip], z));
+            let least = sizes[0].min(sizes[1]).max(f64::MIN_POSITIVE);
+            (scales[*slip], shares[*slip]) = if least < 1.0 {
+                (least, MULTIPLE)
+            } else {
+                (1.0, 0.0)
+            };
         }
         (scales, shares)
     }

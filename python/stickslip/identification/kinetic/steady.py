@@ -55,6 +55,8 @@ BEYOND = 1000.0
 
 VISIBLE = 0.01
 """Curves within this part of the range of forces of the chosen one are not drawn beside it."""
+SEEN_FALL = 0.7
+"""The part of a fall of friction with the speed from which on, where it was measured, rest is known by its form."""
 SEEN_TIE = 0.8
 """Correlation of load and logarithm of the speed from which on it is said that they are tied."""
 STANDS_OUT = 6.0
@@ -103,7 +105,8 @@ class SteadyFriction(Result):
         """Friction at rest, which the break-away force of the law is: value, and the ends of what cannot be excluded.
 
         The value is that of the chosen form. The ends are those of all 95 % intervals of the forms that predict held-back
-        rows as well, and of the `hidden` ones.
+        rows as well, and of the `hidden` ones. Where the chosen form does not fall with the speed, or less than 70 % of
+        its fall were measured, the upper end is infinite: a fall below the slowest speed would not be seen.
 
         >>> import xarray as xr
         >>> w = np.geomspace(0.15, 1.5, 24)
@@ -653,8 +656,11 @@ def _hidden(rows: Rows, best: SteadyFit, shapes: Iterable[str], each_way: bool) 
 
 def _rest(slow: float, fits: Iterable[SteadyFit], hidden: Iterable[SteadyFit]) -> tuple[float, float, float]:
     """Friction at rest by the first of these fits, and the ends of what all of them and the hidden ones leave open."""
-    ends = [fit.at_rest(slow) for fit in (*fits, *hidden)]
-    return ends[0][0], min(low for _, low, _ in ends), max(high for _, _, high in ends)
+    chosen, *others = fits
+    ends = [fit.at_rest(slow) for fit in (chosen, *others, *hidden)]
+    curve = chosen.curve
+    seen = "weakening" in curve.terms and math.exp(-((slow / curve.scale) ** curve.exponent)) > SEEN_FALL
+    return ends[0][0], min(low for _, low, _ in ends), max(high for _, _, high in ends) if seen else math.inf
 
 
 def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str], hidden: dict[str, SteadyFit]) -> list[str]:
@@ -663,17 +669,24 @@ def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str], hidd
     value, low, high = fits[names[0]].at_rest(slow)
     _, lowest, highest = _rest(slow, [fits[name] for name in names], hidden.values())
     here = fits[names[0]].at_rest(slow, slow)[0]
+    open_ended = "upwards" if highest == math.inf else f"to {highest:.3g}"
     if hidden:
         return [
             f"Nothing was measured below w = {slow:.3g}, where friction still falls: {', '.join(hidden)} with a fall below "
             f"that predicts held-back rows better than {names[0]}. The break-away force cannot be told: {value:.3g} by the "
-            f"chosen form, and anything from {lowest:.3g} to {highest:.3g} by these; measure slower, or a break-away."
+            f"chosen form, and anything from {lowest:.3g} {open_ended} by these; measure slower, or a break-away."
+        ]
+    if "weakening" not in fits[names[0]].curve.terms:
+        return [
+            f"Nothing was measured below w = {slow:.3g}: a fall of friction there would not be seen. The break-away force "
+            f"comes from no stick: it is the kinetic force extrapolated to rest, {value:.3g} ({low:.3g} to {high:.3g} by the "
+            "curve alone), and may be larger by any amount; measure break-aways to know it."
         ]
     if max(abs(value - here), highest - high, low - lowest) < APART * abs(here):
-        return [] if _flat(names[0]) else [extrapolated_note(slow)]
+        return [extrapolated_note(slow)]
     return [
         f"Nothing was measured below w = {slow:.3g}. Friction goes on to {value:.3g} at rest ({low:.3g} to {high:.3g}) by "
-        f"the chosen form, and to anything from {lowest:.3g} to {highest:.3g} by those that predict as well, if it does not "
+        f"the chosen form, and to anything from {lowest:.3g} {open_ended} by those that predict as well, if it does not "
         "fall below that speed, which would not be seen: the break-away force of the law is an extrapolation; measure "
         "slower, or a break-away."
     ]

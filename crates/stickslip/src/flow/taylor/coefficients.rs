@@ -430,6 +430,7 @@ impl Motion {
         for (row, &c) in held.contacts.iter().enumerate() {
             self.wanted[row] = next * drive[c] - frame.across(c, |i| self.acceleration[i]);
         }
+        self.gained.copy_from_slice(&self.acceleration);
         for (row, &c) in held.contacts.iter().enumerate() {
             let pull = held.force(row, |at| self.wanted[at]);
             force[c] = pull;
@@ -438,6 +439,25 @@ impl Motion {
         for carried in &held.carried {
             let by = carried.by.map_or(0.0, |mass| self.acceleration[mass]);
             self.acceleration[carried.mass] = by + carried.sign * (next * drive[carried.contact]);
+        }
+        if !held.each_carries {
+            return;
+        }
+        // From accelerations across contacts the force of a light mass beside a heavy one has rounding of its acceleration over
+        // the mobility of the heavy one. Newton's law of each mass that is carried has that of the forces on it alone.
+        for (a, free) in self.acceleration.iter().zip(&mut self.gained) {
+            *free = a - *free;
+        }
+        for carried in &held.carried {
+            let inertia = frame.inertia.row(carried.mass).iter();
+            self.load[carried.mass] = inertia.map(|&(i, mass)| mass * self.gained[i]).sum();
+        }
+        for carried in held.carried.iter().rev() {
+            let load = self.load[carried.mass];
+            force[carried.contact] = carried.sign * load;
+            if let Some(by) = carried.by {
+                self.load[by] += load;
+            }
         }
     }
 
