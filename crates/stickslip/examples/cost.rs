@@ -124,22 +124,14 @@ fn main() {
             evaluations as f64 / events as f64
         );
     }
-    if only.is_empty() || only == "P4" {
-        sweep("P4", &static_kinetic(0.5).into(), 0.5, rounds.div_ceil(50));
-    }
-    if only.is_empty() || only == "P4 of lines" {
-        sweep("P4 of lines", &stribeck().into(), 0.5, rounds.div_ceil(50));
-    }
-    if only.is_empty() || only == "P4 of dwell" {
-        sweep("P4 of dwell", &dwell.clone().into(), 0.5, rounds.div_ceil(50));
-    }
-    if only.is_empty() || only == "P4 of dwell, free" {
-        sweep(
-            "P4 of dwell, free",
-            &dwell.clone().into(),
-            0.0,
-            rounds.div_ceil(50),
-        );
+    for (name, law) in [
+        ("P4", static_kinetic(0.5).into()),
+        ("P4 of lines", Law::from(stribeck())),
+        ("P4 of dwell", dwell.into()),
+    ] {
+        if only.is_empty() || only == name {
+            sweep(name, &law, rounds.div_ceil(50));
+        }
     }
     for (name, run) in [("batch", batch as fn(u32)), ("map", map)] {
         if only.is_empty() {
@@ -265,17 +257,12 @@ fn steps(name: &str, system: &System, t_end: f64, rounds: u32) {
 
 /// P3 under a law over a thousand frequencies, 400 periods of each, on one thread: one after the other, and in lanes of every
 /// width.
-fn sweep(name: &str, law: &Law, amplitude: f64, rounds: u32) {
+fn sweep(name: &str, law: &Law, rounds: u32) {
     let runs: Vec<(Oscillator, Run)> = (0..1000)
         .map(|i| {
             let frequency = 0.2 + 1.8 * f64::from(i) / 999.0;
             (
-                oscillator(
-                    law.clone(),
-                    0.05,
-                    0.3,
-                    (amplitude > 0.0).then_some((amplitude, frequency)),
-                ),
+                oscillator(law.clone(), 0.05, 0.3, Some((0.5, frequency))),
                 Run::stuck(400.0 * std::f64::consts::TAU / frequency),
             )
         })

@@ -1,8 +1,8 @@
 //! Many oscillators in SIMD lanes: one motion in each lane of the registers of a processor, from mode to mode.
 //!
 //! A motion goes in a lane where adhesion begins with the same limit each time, friction in slip is of lines that follow each
-//! other, at most one harmonic acts, and the drive moves forward ([`fits`]). Everything else, adhesion whose limit grows, slip
-//! along lines that are very steep, and every mode whose end the lanes cannot certify, is gone by the engine of single motions;
+//! other, at most one harmonic acts, and the drive moves forward ([`fits`]). Everything else, adhesion whose limit grows other than
+//! exponentially, slip along lines that are very steep, and every mode whose end the lanes cannot certify, is gone by the engine of single motions;
 //! both stand at the begin of a mode, so one goes on from where the other is. A lane asks nothing of its neighbours, and has the
 //! same bits in every [`Width`].
 
@@ -383,9 +383,9 @@ struct Passed<L: Lane> {
 #[inline(always)]
 fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L::Mask) -> Passed<L> {
     let (zero, one) = (L::splat(0.0), L::splat(1.0));
-    let constant = stuck & !zero.below(c.grows);
-    let release = if constant.any() {
-        stick::release(c, state, constant)
+    let known = stuck & c.growth.below(L::splat(f64::INFINITY));
+    let release = if known.any() {
+        stick::release(c, state, known)
     } else {
         stick::Release::unknown()
     };
@@ -393,7 +393,7 @@ fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L
     let go = release.end.found & !up;
     state.go_to(go, &release.end, c.drive);
     state.direction = L::choose(go, release.direction, state.direction);
-    let at_reversal = L::choose(c.static_limit.at_most(c.offset), one, zero);
+    let at_reversal = L::choose(release.limit.at_most(c.offset), one, zero);
     state.at_reversal = L::choose(go, at_reversal, state.at_reversal);
     state.line = L::choose(go, zero, state.line);
     state.stuck = L::choose(go, zero, state.stuck);
@@ -403,7 +403,7 @@ fn break_away<L: Lane>(c: &Column<L>, state: &mut State<L>, horizon: L, stuck: L
         go,
         up,
         open: stuck & !release.end.found,
-        event: [release.direction * c.static_limit, release.end.lasted, rate],
+        event: [release.direction * release.limit, release.end.lasted, rate],
         evaluations: release.evaluations,
     }
 }

@@ -225,6 +225,12 @@ pub trait Friction: Limited {
         0.0
     }
 
+    /// Where the static limit is f_s(0) + Δ (1 − e^(−γ t_s)), whatever the force rate: Δ and γ. None where it is not, or grows
+    /// otherwise.
+    fn exponential_growth(&self) -> Option<[f64; 2]> {
+        None
+    }
+
     /// The static limit and, for the search for where it breaks, how that changes.
     fn adhesion(&self, hold: Hold) -> Adhesion {
         let growth = self.growth_bound(hold.stick_time);
@@ -311,6 +317,7 @@ macro_rules! laws {
             #[inline]
             fn break_away(&self, hold: Hold) -> f64 { match self { $(Self::$name(law) => law.break_away(hold)),+ } }
             fn growth_bound(&self, stick_time: f64) -> f64 { match self { $(Self::$name(law) => law.growth_bound(stick_time)),+ } }
+            fn exponential_growth(&self) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.exponential_growth()),+ } }
             #[inline]
             fn adhesion(&self, hold: Hold) -> Adhesion { match self { $(Self::$name(law) => law.adhesion(hold)),+ } }
             fn softening_bound(&self, rates: [f64; 2]) -> f64 { match self { $(Self::$name(law) => law.softening_bound(rates)),+ } }

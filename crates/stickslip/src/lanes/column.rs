@@ -55,8 +55,10 @@ lanes! {
     Column {
         /// s, k, D, 1/k and k/m.
         drive, stiffness, damper, per_stiffness, natural_squared,
-        /// The static limit at the begin of adhesion, 1 where it grows from there, else 0, and the friction slip starts with.
-        static_limit, grows, offset,
+        /// The static limit at the begin of adhesion f₀, and the friction slip starts with.
+        static_limit, offset,
+        /// The limit after a rest, f₀ + Δ (1 − e^(−γ t_s)): Δ, infinite where it grows otherwise, and γ.
+        growth, growth_rate,
         /// Of the force: amplitude A, frequency Ω, 1/Ω and Ω².
         force, frequency, per_frequency, frequency_squared,
         /// 2π/Ω in two parts, of which small multiples of the first are exact.
@@ -239,6 +241,13 @@ impl Constants {
         let static_limit = law.break_away(Hold::new(0.0, k * s));
         let pieces = lines_of(law, static_limit).filter(|_| s > 0.0)?;
         let offset = pieces[0].offset;
+        let [growth, growth_rate] = match law.exponential_growth() {
+            _ if law.growth_bound(0.0) == 0.0 => [0.0, 1.0],
+            Some(growth) => growth,
+            // Without a force, lanes gain less in slip than it costs to hand every stick over.
+            None if forced.is_none() => return None,
+            None => [f64::INFINITY, 1.0],
+        };
         let natural_squared = k / m;
         let natural = natural_squared.sqrt();
         // Without a force, one of no size at any frequency.
@@ -282,8 +291,9 @@ impl Constants {
             per_stiffness: 1.0 / k,
             natural_squared,
             static_limit,
-            grows: f64::from(u8::from(law.growth_bound(0.0) > 0.0)),
             offset,
+            growth,
+            growth_rate,
             force: amplitude,
             frequency,
             per_frequency: 1.0 / frequency,
@@ -512,7 +522,12 @@ impl Track {
         let goes = omega > NEAREST * natural && exponent < STEEPEST * natural;
         let (real, imaginary) = (k - m * frequency * frequency, damping * frequency);
         let size = real * real + imaginary * imaginary;
-        let (within, behind) = (amplitude * real / size, amplitude * imaginary / size);
+        // Without damping, the frequency that stands for none is that of a resonance.
+        let (within, behind) = if amplitude == 0.0 {
+            (0.0, 0.0)
+        } else {
+            (amplitude * real / size, amplitude * imaginary / size)
+        };
         let swing = (within * within + behind * behind).sqrt() * frequency;
         let line = Line {
             index: index as f64,

@@ -3,11 +3,14 @@
 //! The force k x + k s τ + D s − A cos θ has its extremes at known angles, so it is known in closed form how many periods it
 //! stays within its limits and between which extremes it meets one. There it is monotone: the root lies in a bracket, and what
 //! the step to it leaves of the margin must be rounding.
+//!
+//! A limit that grows is not met before that of any earlier time is: from there the limit is raised, until the force rises
+//! faster than the limit all the way to where they meet.
 
 use stickslip_lanes::{Lane, Mask};
 
 use super::column::{Column, End, State};
-use super::elementary::{reversed, sin_cos};
+use super::elementary::{exp, reversed, sin_cos};
 use super::slip::wrapped;
 use crate::elementary::PI;
 
@@ -17,10 +20,19 @@ const ROUNDS: usize = 12;
 /// Adhesion for a shorter angle of the force is left to the other search, which knows the stick time to all its digits.
 const SHORT: f64 = 0.01;
 
+/// So often a limit that grows is raised; then a lane is given to the other search.
+const RAISES: usize = 8;
+/// So many evaluations where force and limit meet, and how far that may be, as an angle of the force, also before by rounding.
+const STEPS: usize = 5;
+const NEAR: f64 = 0.1;
+const ROUNDING: f64 = 1e-12;
+
 /// Where adhesion ends.
 pub(super) struct Release<L: Lane> {
     pub(super) end: End<L>,
     pub(super) direction: L,
+    /// The static limit there.
+    pub(super) limit: L,
     /// Evaluations of the force.
     pub(super) evaluations: u64,
 }
@@ -32,14 +44,91 @@ impl<L: Lane> Release<L> {
         Self {
             end: End::unknown(),
             direction: L::splat(1.0),
+            limit: L::splat(0.0),
             evaluations: 0,
         }
     }
 }
 
-/// Of adhesion with a constant limit.
 #[inline(always)]
 pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) -> Release<L> {
+    let grows = stuck & L::splat(0.0).below(c.growth);
+    let mut release = Release::unknown();
+    let (mut limit, mut evaluations) = (c.static_limit, 0);
+    for _ in 0..RAISES {
+        release = reaching(c, state, limit, stuck);
+        if !grows.any() {
+            break;
+        }
+        evaluations += release.evaluations;
+        release.evaluations = evaluations;
+        // A lane whose limit is raised no more finds the same each time.
+        let reached = release.end.found;
+        let [grown, _] = grown(c, release.end.lasted);
+        release.end.found = meeting(c, &mut release, reached);
+        let open = reached & !release.end.found;
+        if !open.any() {
+            break;
+        }
+        limit = L::choose(open, grown, limit);
+    }
+    release
+}
+
+/// The limit after a rest, and its growth.
+#[inline(always)]
+fn grown<L: Lane>(c: &Column<L>, rest: L) -> [L; 2] {
+    let missing = c.growth * exp(-(c.growth_rate * rest).min(L::splat(700.0)));
+    [c.static_limit + (c.growth - missing), c.growth_rate * missing]
+}
+
+/// From where the force reaches a limit of earlier to where it meets that of its time, in the lanes of the answer.
+#[inline(always)]
+fn meeting<L: Lane>(c: &Column<L>, release: &mut Release<L>, open: L::Mask) -> L::Mask {
+    let n = L::splat;
+    let (sense, level, rest) = (release.direction, release.limit, release.end.lasted);
+    let (cos, sin) = (release.end.cos, release.end.sin);
+    let change = c.force * c.frequency;
+    let [first, slope] = grown(c, rest);
+    let faster = sense * (c.rise + change * sin) - slope;
+    let mut by = (first - level) / faster;
+    let (mut wave, mut limit, mut left) = ((cos, sin), first, n(0.0));
+    for step in 0..STEPS {
+        wave = reversed((cos, sin), c.frequency * by);
+        let [now, slope] = grown(c, rest + by);
+        limit = now;
+        left = (level - limit) + sense * (c.rise * by + c.force * (cos - wave.0));
+        if step + 1 < STEPS {
+            by = by - left / (sense * (c.rise + change * wave.1) - slope);
+        }
+    }
+    // The rate of the force falls by no more than this on the way, the growth of the limit does not rise.
+    let falls = change * c.frequency * by;
+    let met = open
+        & n(-ROUNDING).at_most(c.frequency * by)
+        & (c.frequency * by).below(n(NEAR))
+        & falls.below(faster)
+        & left.abs().at_most(c.faint);
+    release.evaluations += STEPS as u64;
+    release.limit = limit;
+    release.end.lasted = rest + by;
+    let (more, t) = wrapped(c, release.end.t, by);
+    release.end.periods = release.end.periods + more;
+    release.end.t = t;
+    (release.end.cos, release.end.sin) = wave;
+    release.end.x = position(c, sense * limit, wave.0);
+    met
+}
+
+/// Where adhesion needs a force, by the cosine of the forcing.
+#[inline(always)]
+fn position<L: Lane>(c: &Column<L>, holding: L, cos: L) -> L {
+    (holding - c.damper * c.drive + c.force * cos) * c.per_stiffness
+}
+
+/// Where the force reaches a limit that stays the same.
+#[inline(always)]
+fn reaching<L: Lane>(c: &Column<L>, state: &State<L>, limit: L, stuck: L::Mask) -> Release<L> {
     let n = L::splat;
     let (zero, one) = (n(0.0), n(1.0));
     let (half_turn, turn) = (n(PI.0), n(2.0 * PI.0));
@@ -55,18 +144,15 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
     let top = base + rate * (crest_at - start) + c.crest;
     let bottom = base + rate * (dip_at - start) - c.crest;
     // So many crests stay below the limit: the next one is above it, the last one below, by more than rounding.
-    let missing = c.static_limit - top;
+    let missing = limit - top;
     let skipped = (-(-missing * (one / c.rise_a_period)).floor()).max(zero);
     let above = skipped * c.rise_a_period - missing;
     let crest_sure = c.faint.below(above) & (skipped.at_most(zero) | c.faint.below(c.rise_a_period - above));
     let dip_first = dip_at.below(crest_at) | zero.below(skipped);
-    let below = bottom + c.static_limit;
+    let below = bottom + limit;
     let dip_sure = !dip_first | c.faint.below(below.abs());
     let down = below.below(zero) & dip_first & !monotone;
-    let (level, sense) = (
-        L::choose(down, -c.static_limit, c.static_limit),
-        L::choose(down, -one, one),
-    );
+    let (level, sense) = (L::choose(down, -limit, limit), L::choose(down, -one, one));
     // The margin, sense · (force − level), is negative and rises from here to its extreme.
     let end = L::choose(down, dip_at, crest_at + skipped * turn);
     let way = L::choose(
@@ -77,10 +163,10 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
     let wave = c.force * state.cos;
     let mut low = L::choose(
         monotone,
-        (start + (c.static_limit - c.force - base) / rate).max(start),
+        (start + (limit - c.force - base) / rate).max(start),
         (end - way).max(start),
     );
-    let mut high = L::choose(monotone, start + (c.static_limit + c.force - base) / rate, end);
+    let mut high = L::choose(monotone, start + (limit + c.force - base) / rate, end);
     let here = low.at_most(start);
     let margin_low = sense
         * (L::choose(
@@ -103,7 +189,7 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         let inside = zero.below(tried) & tried.below(one);
         share = L::choose(inside, tried, share);
     }
-    let straight = start + (c.static_limit - base + wave) / (rate + c.force * state.sin);
+    let straight = start + (limit - base + wave) / (rate + c.force * state.sin);
     let mut at = L::choose(monotone, straight.max(low).min(high), low + share * width);
     let mut open = stuck
         & (monotone | (crest_sure & dip_sure))
@@ -112,6 +198,7 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         & (high - start).below(n(1e7));
     let mut release = Release {
         direction: sense,
+        limit,
         ..Release::unknown()
     };
     for _ in 0..ROUNDS {
@@ -159,6 +246,6 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
         let inside = low.below(next) & next.below(high);
         at = L::choose(inside, next, n(0.5) * (low + high));
     }
-    release.end.x = (level - c.damper * c.drive + c.force * release.end.cos) * c.per_stiffness;
+    release.end.x = position(c, level, release.end.cos);
     release
 }

@@ -50,6 +50,10 @@ impl Friction for Combined {
         self.at_rest.growth_bound(stick_time)
     }
 
+    fn exponential_growth(&self) -> Option<[f64; 2]> {
+        self.at_rest.exponential_growth()
+    }
+
     fn adhesion(&self, hold: Hold) -> Adhesion {
         self.at_rest.adhesion(hold)
     }

@@ -34,6 +34,10 @@ impl Friction for DwellTime {
         self.static_friction().force(hold)
     }
 
+    fn exponential_growth(&self) -> Option<[f64; 2]> {
+        self.static_friction().exponential_growth()
+    }
+
     fn adhesion(&self, hold: Hold) -> Adhesion {
         self.static_friction().at(hold)
     }

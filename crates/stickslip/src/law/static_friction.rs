@@ -86,6 +86,11 @@ impl StaticFriction {
         self.drops().next().is_some() || self.limit > 0.0 && self.force_rate_scale.is_some()
     }
 
+    /// Where it grows as 1 − e^(−γ t_s) whatever the force rate: how far, and γ.
+    pub(super) fn exponential_growth(&self) -> Option<[f64; 2]> {
+        (self.exponent == 1.0 && !self.feels_force_rate()).then_some([self.limit, self.rate])
+    }
+
     /// f_s(t_s, δ).
     pub fn force(&self, hold: Hold) -> f64 {
         let initial = self.without_rest(hold.force_rate);
