@@ -32,6 +32,8 @@ LASTING = 1.5
 """A drive that stops does so for longer than that many cycles of the motion."""
 FEWEST_OF_RISE, FEWEST_RISES = 6, 3
 """Fewest samples of a rise that tell its slope, and rises that tell a speed of the drive."""
+LONG_HIDDEN = 1.0
+"""A shift that all break-aways share is worth a word from so many samples on."""
 SWING_OFF, SWING_ERRORS = 0.02, 4.0
 """Part by which the frequency of the slips must lie from sqrt(k/m)/2pi to be named, and standard errors."""
 CHANGES, APART = 0.1, 6.0
@@ -61,6 +63,20 @@ def few_samples(record: Record, oscillator: OscillatorConstants) -> list[str]:
         f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW} a break-away may be seen "
         f"some {BLUR:g} samples ({BLUR * record.step:.2g} s) too early, its force too low by as much loading, and the "
         "friction of slow slip beside it too high; the errors of the break-aways hold that; record faster"
+    ]
+
+
+def filtered(friction: Friction) -> list[str]:
+    """Whether what hides each break-away lasts longer than a sample, as behind a filter ahead of the converter."""
+    step = friction.fit.step
+    if friction.late < LONG_HIDDEN * step:
+        return []
+    return [
+        f"all break-aways may be early or late together by {friction.late:.2g} s, {friction.late / step:.2g} samples: "
+        "friction falls on as the slip begins, or a low-pass of some "
+        f"{1 / (2 * math.pi * friction.late):.2g} Hz ahead of the converter smears what begins and ends a stick; the errors "
+        "of break-aways hold that, but sticks that such a filter hides are not seen, and friction at low slip speed and "
+        "its kinetic level are off; take the filter out, or sample it far above the slips"
     ]
 
 

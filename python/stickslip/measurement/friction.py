@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from stickslip.measurement.consistency import (
     check_rise,
     check_sampling,
     few_samples,
+    filtered,
     inertia,
     overtaking,
     unlike_stated_noise,
@@ -29,18 +31,20 @@ from stickslip.measurement.consistency import (
 )
 from stickslip.measurement.disturbances.ripple import Shaken, find_ripple, refined_ripple, said_of, without
 from stickslip.measurement.disturbances.zero_drift import said_of_drift, zero_drift
+from stickslip.measurement.disturbances.zero_jump import said_of_jumps, zero_error, zero_jumps
 from stickslip.measurement.force import Friction, fit_pieces, friction_force
 from stickslip.measurement.hidden_fall import with_hidden_fall
 from stickslip.measurement.instruments import INSTRUMENTS, Bench
 from stickslip.measurement.instruments.instrument import noted, same_samples
 from stickslip.measurement.masses import masses_of, opened
-from stickslip.measurement.read import Record, as_record
+from stickslip.measurement.read import LEAST_SAMPLES, Record, as_record
 from stickslip.measurement.recalibration import Draft, another_drive_velocity, most_mistaken, recalibrated, rigid_sticks
 from stickslip.measurement.regime import intermittence, regime, slow_share, undecided
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.coloured_noise import noise_colour
+from stickslip.measurement.signals.converter_steps import coarse_step
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 from stickslip.measurement.signals.slip_evidence import SlipModel
@@ -205,6 +209,7 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     o = OscillatorConstants(rig.inertia, rig.damping, rig.stiffness, rig.drive_velocity)
     spring = rig.instrument == "spring_force"
     x = signal / o.stiffness if spring else signal
+    per_reading = rig.force_unit * (1.0 if spring else o.stiffness)  # force of a unit of the readings
     time = record.time
     if float(np.ptp(x)) < 1e-100:
         raise InputError(f"{record.source}: column {rig.column!r} is constant; there is no motion in it to measure")
@@ -227,6 +232,9 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
             "that size was taken, and the errors are those it makes"
         )
     spikes = impulses(x, noise)
+    lone = spikes & ~np.roll(spikes, 1) & ~np.roll(spikes, -1)  # the two samples beside a jump look like impulses
+    turn = math.sqrt(o.stiffness / o.mass) * record.step
+    jumps = zero_jumps(x, np.where(lone, 0.0, weight), noise, turn)
     if spikes.any():
         weight[spikes] = 0.0
         notes.append(
@@ -237,13 +245,23 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     flanks = find_flanks(presmoothed, 0.0)  # every fall that stands clear of the noise
 
     check_rise(record, rig, presmoothed, flanks)
-    part, stopped = while_driven(record, o, presmoothed, flanks)
+    if jumps:
+        edges = [0, *(jump.index for jump in jumps), len(x)]
+        part = max((slice(*pair) for pair in pairwise(edges)), key=lambda one: one.stop - one.start)
+        stopped = [said_of_jumps(jumps, time, part, o.stiffness, "" if rig.unit == "1" else " N")]
+        if part.stop - part.start < LEAST_SAMPLES:
+            raise InputError(f"{record.source}: {stopped[0]}; that is too short, give a longer record")
+    else:
+        part, stopped = while_driven(record, o, presmoothed, flanks)
     if not stopped:
         part, stopped = at_one_speed(record, o, x, weight, flanks)
     if stopped:
         weights = None if record.weight is None else record.weight[part]
         driven = replace(record, time=time[part], signal=record.signal[part], weight=weights)
-        return _measure(replace(driven, notes=(*record.notes, *stopped)), rig, alone)
+        found = _measure(replace(driven, notes=(*record.notes, *stopped)), rig, alone)
+        if jumps:
+            found.friction = _with_common(found.friction, o.stiffness * zero_error(jumps))
+        return found
 
     # the spring and the drive as the sticks show them
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
@@ -293,12 +311,20 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
             "w is measured, not set to zero, inside them"
         )
     notes += [*overtaking(friction, presmoothed.rate_error), *unlike_stated_noise(friction, record, rig)]
-    if sticks and (drift := zero_drift(presmoothed, flanks)):
-        common = o.stiffness * drift.size / 2
-        friction = replace(
-            friction, common=math.hypot(friction.common, common), force_error=np.hypot(friction.force_error, common)
+    if sticks and (coarse := coarse_step(record.signal[weight > 0], friction.noise * o.stiffness / abs(per_reading))):
+        # each stick meets the same steps, so the error of the level of one is that of all
+        stuck = max(np.count_nonzero(friction.stuck) / len(sticks), 1.0)
+        common = abs(per_reading) * coarse / math.sqrt(12 * stuck)
+        friction = _with_common(friction, common)
+        notes.append(
+            f"the readings come in steps of {coarse:.3g} {rig.unit}, coarser than the noise: lines and creep smaller than "
+            f"a step may come of it; the errors of all forces hold {common:.2g}{'' if rig.unit == '1' else ' N'} for it; "
+            "a finer range or noise of half a step evens it out"
         )
+    if sticks and (drift := zero_drift(presmoothed, flanks)):
+        friction = _with_common(friction, o.stiffness * drift.size / 2)
         notes.append(said_of_drift(drift, o.stiffness, "" if rig.unit == "1" else " N"))
+    notes += filtered(friction)
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
     if word == "unknown":
@@ -310,6 +336,13 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     if word == "stick_slip" and ends.size >= 3:
         line = draft.line(friction.slip_acceleration, 1 / float(np.median(np.diff(ends))))
     return _Found(friction, sticks, rigid, slow, line, word, notes, int(np.count_nonzero(beyond)))
+
+
+def _with_common(friction: Friction, error: float) -> Friction:
+    """The friction with another standard error that all its forces share."""
+    return replace(
+        friction, common=math.hypot(friction.common, error), force_error=np.hypot(friction.force_error, error)
+    )
 
 
 def _coloured(draft: Draft, rig: Rig, known_noise: float | None, least: float, notes: list[str]) -> Draft:

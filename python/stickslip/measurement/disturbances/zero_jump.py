@@ -1,0 +1,93 @@
+"""A zero that jumps between two samples: no mass goes so far in so short a time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+SIDE = 6
+"""Samples on each side of which a parabola is taken."""
+ERRORS = 8.0
+"""A jump is that many times as large as its standard error by the noise."""
+LEAST = 3.0
+"""And so many times what the largest acceleration of the free mass moves it by in a step squared."""
+LASTING = 2
+"""It is there without so many samples on each side too: an impulse is not."""
+RARE, CLEAR = 3, 2.0
+"""No record has more jumps, and none of them is smaller than so many times the largest distance that is none."""
+
+
+@dataclass(frozen=True)
+class ZeroJump:
+    """A jump before the sample `index`, upwards by `size` in the unit of the signal."""
+
+    index: int
+    size: float
+
+
+def zero_jumps(signal: Array, weight: Array, noise: float, turn: float) -> list[ZeroJump]:
+    """The jumps of a record, in their order.
+
+    The parabola through the samples before an instant and the one through those behind it differ there by what the mass
+    goes in between. An event changes the acceleration by at most omega^2 times the range, and so this difference by no
+    more than about (omega h)^2 of it. A jump is clear of that, of the noise and of all other instants.
+
+    Parameters
+    ----------
+    signal, weight : (n,) record, and 0 for samples that are not to be used; instants near these have no jump.
+    noise : standard deviation of a sample.
+    turn : omega h, the angular frequency of the free mass times the step between samples.
+
+    Examples
+    --------
+    >>> t = np.arange(1000)
+    >>> x = np.sin(t / 20) + 0.001 * np.random.default_rng(1).standard_normal(1000)
+    >>> [(one.index, round(one.size, 1)) for one in zero_jumps(x + 0.1 * (t >= 640), np.ones(1000), 0.001, 0.05)]
+    [(640, 0.1)]
+    """
+    if len(signal) < 4 * SIDE:
+        return []
+    apart, noisy = _apart(signal, weight, 0)
+    beyond, _ = _apart(signal, weight, LASTING)
+    apart[np.abs(beyond - apart) > np.abs(apart) / 2] = 0.0
+    least = max(ERRORS * noise * noisy, LEAST * turn**2 * float(np.ptp(signal)) / 2)
+    left = np.abs(apart)
+    found: list[ZeroJump] = []
+    while len(found) <= RARE and left.max() > least:
+        at = int(left.argmax())
+        found.append(ZeroJump(at, float(apart[at])))
+        left[max(at - 2 * SIDE, 0) : at + 2 * SIDE] = 0.0
+    clear = all(abs(one.size) > CLEAR * float(left.max()) for one in found)
+    return sorted(found, key=lambda one: one.index) if clear and len(found) <= RARE else []
+
+
+def _apart(signal: Array, weight: Array, gap: int) -> tuple[Array, float]:
+    """How far the record steps up before each sample, with as many samples left out on each side, and its error by noise."""
+    # the parabola through samples at 1/2, 3/2 ... is wanted at 0
+    kernel = np.linalg.pinv(np.vander(np.arange(SIDE) + 0.5 + gap, 3, increasing=True))[0]
+    windows = np.lib.stride_tricks.sliding_window_view(signal, SIDE)
+    seen = np.lib.stride_tricks.sliding_window_view(weight, SIDE).min(axis=1) > 0
+    apart, ahead = np.zeros(len(signal)), SIDE + 2 * gap
+    steps = windows[ahead:] @ kernel - windows[:-ahead] @ kernel[::-1]
+    apart[SIDE + gap : len(signal) - SIDE - gap + 1] = np.where(seen[ahead:] & seen[:-ahead], steps, 0.0)
+    return apart, math.sqrt(2) * float(np.linalg.norm(kernel))
+
+
+def zero_error(jumps: list[ZeroJump]) -> float:
+    """Root mean square error of a zero where the lowest and the highest are as likely, in the unit of the signal."""
+    return float(np.ptp(np.cumsum([0.0, *(jump.size for jump in jumps)]))) / math.sqrt(2)
+
+
+def said_of_jumps(jumps: list[ZeroJump], time: Array, part: slice, stiffness: float, unit: str) -> str:
+    """The sentence that says where they are, and which part was measured."""
+    where = ", ".join(f"by {stiffness * one.size:.3g}{unit} at {time[one.index]:.4g}" for one in jumps)
+    return (
+        f"the reading jumps between two samples as no mass can, {where}: the zero of the instrument shifts; only "
+        f"{time[part.start]:.4g} to {time[part.stop - 1]:.4g} was measured ([read] window in the rig takes another part); "
+        "nothing tells which zero is right, and the errors of its forces hold that"
+    )
