@@ -168,6 +168,13 @@ def test_unstable_orbits_are_found_in_a_section_and_in_a_column_of_a_diagram():
         assert (x, v) == pytest.approx(cycle.state[1:], abs=1e-9)
 
 
+def test_orbits_are_found_in_a_column_over_a_number_of_the_forcing():
+    diagram = ss.orbit_diagram(CHAOTIC, "forcing.amplitude", [0.75, 0.8], periods=1500, keep=600, points=600)
+    found = ss.periodic_orbits(diagram.isel({"forcing.amplitude": 1}), returns=4)
+    assert [(cycle.forcing_periods, cycle.stable) for cycle in found] == [(4, False)]
+    assert found[0].system.forcing.amplitude == 0.8
+
+
 def test_an_orbit_that_is_passed_several_times_is_found_once():
     belt = ss.Oscillator(0.1, 0.3, ss.laws.StaticKinetic(1.0, 0.4), forcing=ss.Harmonic(0.2, 1.5))
     (cycle,) = ss.periodic_orbits(ss.section(belt, t_end=400), returns=4, tries=3)

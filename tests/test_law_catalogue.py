@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import stickslip as ss
+from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.laws import Law
 from stickslip.model.parameters import document_of, varied
 
@@ -98,6 +100,26 @@ def test_gaussian_weakening_is_that_curve_and_the_limit_of_its_table():
     assert periods[0] == pytest.approx(periods[1], rel=1e-6)
     with pytest.raises(ss.InputError, match=r"exponent must be 1 or 2, .*, got 1\.5"):
         ss.laws.ExponentialStribeck(1.0, 0.5, 0.2, exponent=1.5)
+
+
+@pytest.mark.parametrize("kinetic", [-0.4, 0.0, 0.4])
+def test_an_exponential_law_has_any_sign_of_its_kinetic_part(kinetic):
+    # F = f_k + (1 − f_k) exp(−w/0.3) + 0.2 w, for f_k = −0.4 below zero from w = 0.46 to 2; motion by scipy.
+    law = ss.laws.ExponentialStribeck(1.0, kinetic, scale=0.3, viscous=0.2)
+    assert law.kinetic_force(0.6) == pytest.approx(kinetic + (1 - kinetic) * np.exp(-2.0) + 0.12, rel=1e-14)
+    system = ss.Oscillator(0.05, 0.6, law)
+    orbit = ss.simulate(system, 6.0, x0=0.1, v0=0.3)
+
+    def rates(_, y):
+        w = 0.6 - y[1]
+        return [y[1], kinetic + (1 - kinetic) * np.exp(-w / 0.3) + 0.2 * w - 0.05 * y[1] - y[0]]
+
+    end = orbit.events["t"].iloc[0] if len(orbit.events) else 6.0
+    known = solve_ivp(rates, (0, end), [0.1, 0.3], method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    assert end > 0.4
+    assert orbit.at(end) == pytest.approx(known, abs=1e-10)
+    slope = 0.2 - (1 - kinetic) * np.exp(-2.0) / 0.3
+    assert steady_slip(system).damping == pytest.approx(0.05 + slope, abs=1e-12)
 
 
 def test_lorentzian_weakening_is_that_curve_and_the_limit_of_its_table():

@@ -61,7 +61,7 @@ pub enum Keep {
     Nothing,
 }
 
-/// So near its end, over the fastest rate of the system, the derivatives of a motion are those at its end.
+/// So near its end, over the rate of the motion, the derivatives of a motion are those at its end.
 const NEAR: f64 = 1e-13;
 
 /// Derivatives beyond this size are not taken through a phase, but multiplied with its own.
@@ -146,7 +146,7 @@ pub fn follow(
         let mut guard = course.guard(&seeded, phase, tau, &expansion);
         let mut rest = Course::step(&guard);
         // A motion so near its end moves there by its rates.
-        if rest.is_nan() || rest.abs() > NEAR / course.frame.rate {
+        if rest.is_nan() || rest.abs() > NEAR / expansion.pace(&course.frame) {
             tau = end_of(&course, &state.still(1), phase, &mut expansion)
                 .ok_or_else(|| lost(index, "does not end"))?;
             course.go(&seeded, &phase.contact_states, tau, &mut expansion);
@@ -237,10 +237,10 @@ fn end_of(course: &Course, start: &Moving, phase: &Phase, expansion: &mut Expans
         return Some(tau);
     }
     course.go(start, &phase.contact_states, tau, expansion);
-    let rate_of_all = course.frame.rate;
-    let longest = 0.3 / rate_of_all;
     let mut best = f64::INFINITY;
     for round in 0..60 {
+        let rate = expansion.pace(&course.frame);
+        let longest = 0.3 / rate;
         let guard = course.guard(start, phase, tau, expansion);
         let step = Course::step(&guard);
         if !step.is_finite() {
@@ -248,11 +248,11 @@ fn end_of(course: &Course, start: &Moving, phase: &Phase, expansion: &mut Expans
         }
         // What Newton leaves after so small a step is its square. Beside a tangency another would run away from an end that was
         // known from the start.
-        if round == 0 && step.abs() < 1e-9 / rate_of_all {
+        if round == 0 && step.abs() < 1e-9 / rate {
             return Some(tau + step);
         }
         // Rounding ends the descent.
-        if step == 0.0 || (round > 3 && step.abs() >= 0.5 * best && step.abs() < 1e-9 / rate_of_all) {
+        if step == 0.0 || (round > 3 && step.abs() >= 0.5 * best && step.abs() < 1e-9 / rate) {
             return Some(tau);
         }
         best = best.min(step.abs());

@@ -14,7 +14,7 @@ class ExponentialStribeck(Law):
     Parameters
     ----------
     break_away : f_s ≥ f_k.
-    kinetic : f_k ≥ 0.
+    kinetic : f_k, also below zero, as where a viscous part makes up for it; a fit looks for f_k ≥ 0.
     scale : w_s > 0, the slip speed over which friction falls.
     viscous : b.
     exponent : n, 1 (an exponential) or 2 (a Gaussian); other curves have no Taylor series at rest, see :func:`from_function`.

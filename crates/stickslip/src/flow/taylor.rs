@@ -23,7 +23,7 @@ use crate::spring::Spring;
 use crate::system::{Contact, System};
 pub(crate) use coefficients::Coefficients;
 use coefficients::{Acting, Layout};
-use slow::{Heavy, Slow};
+use slow::{Heavy, Pace, Slow};
 use tangent::Linear;
 
 /// What a contact does, as far as the flow cares.
@@ -259,7 +259,7 @@ impl Frame {
             loops,
             rate,
             undamped,
-            heavy: Heavy::of(system, damper.norm(), undamped),
+            heavy: Heavy::of(system, damper.norm(), undamped, fastest),
             fastest,
             push: pushed.fold(driven, f64::max),
             layout: Layout::new(&near, &ends, &response),
@@ -504,7 +504,7 @@ pub(crate) struct Motion {
     lost: Vec<[f64; 2]>,
     acting: Acting,
     /// How fast the motion is, where damping leaves no other than a slow one.
-    slow: Option<f64>,
+    slow: Option<Pace>,
 }
 
 impl Motion {
@@ -562,6 +562,11 @@ impl Motion {
         for (i, change) in self.acceleration.iter().enumerate() {
             (v[i], self.lost[i][1]) = add((v[i], self.lost[i][1]), (*change, 0.0));
         }
+    }
+
+    /// Whether damping leaves only its slow part.
+    pub(crate) fn is_slow(&self) -> bool {
+        self.slow.is_some()
     }
 
     /// All drive velocities.
@@ -635,10 +640,22 @@ impl Motion {
         x: &[f64],
         v: &[f64],
     ) {
-        self.slow = None;
-        if self.expand_slow(frame, laws, force_lines, held, x, v) {
-            return;
+        if !self.expand_slow(frame, laws, force_lines, held, x, v) {
+            self.expand_whole(frame, laws, force_lines, held, x, v);
         }
+    }
+
+    /// The same where the fast part of the motion counts too.
+    pub(crate) fn expand_whole(
+        &mut self,
+        frame: &Frame,
+        laws: &[&Law],
+        force_lines: &[ForceLine],
+        held: &Held,
+        x: &[f64],
+        v: &[f64],
+    ) {
+        self.slow = None;
         let linear = frame.springs.is_empty();
         if let ([_], [law], [force_line], [None], true) = (x, laws, force_lines, &frame.normals[..], linear) {
             self.expand_single(frame, law, *force_line, x[0], v[0]);

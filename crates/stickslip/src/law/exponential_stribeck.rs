@@ -15,8 +15,9 @@ parameters! {
     pub struct ExponentialStribeck {
         /// Break-away force f_s.
         pub break_away: f64 = 1.0 => [FORCE.not_negative()],
-        /// Kinetic force f_k at high speed, but for the viscous part.
-        pub kinetic: f64 = 0.5 => [FORCE.not_negative()],
+        /// Kinetic force f_k at high speed, but for the viscous part: below zero where that part makes up for it. Fits look
+        /// for one that is not.
+        pub kinetic: f64 = 0.5 => [FORCE.search(0.0, f64::INFINITY)],
         /// Slip speed w_s over which friction falls.
         pub scale: f64 = 0.1 => [VELOCITY.positive()],
         /// Viscous coefficient b.

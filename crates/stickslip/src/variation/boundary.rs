@@ -74,7 +74,9 @@ impl Course<'_> {
                     clippy::cast_sign_loss,
                     reason = "a few dozen"
                 )]
-                let count = (length * self.frame.rate / 0.1).ceil().clamp(8.0, 1e4) as usize;
+                let count = (length * expansion.pace(&self.frame) / 0.1)
+                    .ceil()
+                    .clamp(8.0, 1e4) as usize;
                 for i in 0..=count {
                     // Where it begins a phase may have its extremum: that is not inside.
                     let share = if i == 0 && expansion.begin == 0.0 {

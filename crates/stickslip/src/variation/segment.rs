@@ -9,7 +9,7 @@ use super::state::{ContactState, Layout, Moving};
 use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
 use crate::dual::Dual;
-use crate::flow::taylor::tangent::{ABREAST, Given, Lanes, Linear, Tangent, stiffening};
+use crate::flow::taylor::tangent::{ABREAST, Along, Given, Lanes, Linear, Tangent, stiffening};
 use crate::flow::taylor::{ForceLine, Frame, Held, Motion};
 use crate::law::Law;
 use crate::series::{Series, ZERO};
@@ -165,7 +165,7 @@ impl<'a> Course<'a> {
             let at = self.layout.contact(c);
             [state.numbers[at].value, state.numbers[at + 1].value]
         });
-        let held = self.frame.held(
+        let held = self.frame.held_along(
             (0..force_lines.len())
                 .filter(|&c| force_lines[c].holds())
                 .collect(),
@@ -368,24 +368,48 @@ impl<'a> Course<'a> {
         clock: Clock,
         expansion: &mut Expansion,
     ) {
+        for i in 0..self.layout.masses {
+            expansion.x[i] = state.numbers[self.layout.x(i)].value;
+            expansion.v[i] = state.numbers[self.layout.v(i)].value;
+        }
+        expansion.motion.aim(&self.frame, clock);
+        // A motion is followed by its slow part where its tangents have no fast part either; few coefficients do not tell.
+        let slow = order == self.frame.order
+            && self.expand_part(true, order, state, contact_states, mode, clock, expansion);
+        if !slow {
+            self.expand_part(false, order, state, contact_states, mode, clock, expansion);
+        }
+    }
+
+    /// The same by what damping leaves, where that is all there is, or by the whole; whether the tangents are slow as well.
+    #[expect(clippy::too_many_arguments, reason = "those of an expansion, and which one")]
+    fn expand_part(
+        &self,
+        slow: bool,
+        order: usize,
+        state: &Moving,
+        contact_states: &[ContactState],
+        mode: &Mode,
+        clock: Clock,
+        expansion: &mut Expansion,
+    ) -> bool {
         let layout = self.layout;
         let number = |lane: usize| &state.numbers[lane];
         let Mode {
             force_lines, held, ..
         } = mode;
-        for i in 0..layout.masses {
-            expansion.x[i] = number(layout.x(i)).value;
-            expansion.v[i] = number(layout.v(i)).value;
-        }
         let (x, v, motion) = (&expansion.x, &expansion.v, &mut expansion.motion);
-        motion.aim(&self.frame, clock);
-        motion.expand(&self.frame, &self.laws, force_lines, held, x, v);
-        let rate = self.frame.rate;
+        if slow {
+            motion.expand(&self.frame, &self.laws, force_lines, held, x, v);
+        } else {
+            motion.expand_whole(&self.frame, &self.laws, force_lines, held, x, v);
+        }
         expansion.reach = if order < self.frame.order {
             0.0
         } else {
-            let sizes = x.iter().map(|x| rate * x.abs()).chain(v.iter().map(|v| v.abs()));
-            let scale = sizes
+            let sprung = (0..layout.masses).map(|i| self.frame.sprung(i, x));
+            let scale = sprung
+                .chain(v.iter().map(|v| v.abs()))
                 .fold(self.frame.push, f64::max)
                 .max(motion.speed(&self.frame, force_lines))
                 .max(f64::MIN_POSITIVE);
@@ -401,7 +425,7 @@ impl<'a> Course<'a> {
         expansion.moving.clear();
         // Without other lanes time needs no tangent: it is the slope of the series.
         if expansion.lanes == 1 {
-            return;
+            return true;
         }
         let smooth = |c: usize| self.frame.is_smooth(c, force_lines[c].direction);
         for (c, slope) in expansion.slopes.iter_mut().enumerate() {
@@ -454,19 +478,26 @@ impl<'a> Course<'a> {
                     let along = moving.iter().position(|moving| moving == lane)?;
                     Some((along, given))
                 });
-            tangent.expand(
+            let along = Along {
                 order,
-                &self.frame,
-                &expansion.motion,
-                (force_lines, held),
-                &expansion.slopes,
-                &given.collect::<Vec<_>>(),
-            );
+                frame: &self.frame,
+                motion: &expansion.motion,
+                force_lines,
+                held,
+                slopes: &expansion.slopes,
+                given: &given.collect::<Vec<_>>(),
+            };
+            if !expansion.motion.is_slow() {
+                tangent.expand(&along);
+            } else if !tangent.expand_slow(&along) {
+                return false;
+            }
             // Those of its tangents need not be.
             if expansion.reach.is_infinite() && !tangent.ended(order) {
-                expansion.reach = 1.0 / rate;
+                expansion.reach = 1.0 / expansion.motion.rate(&self.frame);
             }
         }
+        true
     }
 
     /// What the parameters change while the motion is held.

@@ -13,7 +13,7 @@ from stickslip.dynamics.periodic.event_sequence import Floats, check_one, with_n
 from stickslip.dynamics.periodic.poincare_map import forcing_period, once
 from stickslip.errors import InputError
 from stickslip.files.checks import number, whole_number
-from stickslip.model.parameters import path_in
+from stickslip.model.parameters import document_of, path_in
 from stickslip.model.system import Oscillator, system_from_dict
 from stickslip.simulation.simulate import simulate
 
@@ -95,11 +95,10 @@ def _states(points: xr.Dataset) -> tuple[Oscillator, tuple[Floats, Floats, Float
         raise InputError(
             f"periodic_orbits: expected one column of the diagram, got {columns[0].shape}; choose one by isel or sel"
         )
-    document = json.loads(points.attrs["system"])
-    system = check_one(system_from_dict(document), "periodic_orbits")
+    system = check_one(system_from_dict(json.loads(points.attrs["system"])), "periodic_orbits")
     if prefix:
         name = points.attrs["parameter"]
-        path = "/" + path_in(name, document, "periodic_orbits", starts=False).replace(".", "/")
+        path = "/" + path_in(name, document_of(system), "periodic_orbits", starts=False).replace(".", "/")
         system = with_number(system, path, float(points[name]))
     known = np.isfinite(columns[0])
     t, x, v = (column[known] for column in columns)

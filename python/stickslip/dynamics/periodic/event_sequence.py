@@ -85,8 +85,8 @@ def check(system: Any, who: str) -> Any:
             f"{who}: no derivative is known through springs that are not linear; put what is linear into stiffness, or "
             "look at section and orbit_diagram, which take them"
         )
-    if isinstance(system, System):
-        # The motion under heavy damping goes by its slow part, its derivatives by steps as short as the damping.
+    if isinstance(system, System) and not np.array_equal(system.damping, np.transpose(system.damping)):
+        # No slow part is known of such a motion, and steps as short as the damping never come to the end of a phase.
         mass = np.array(system.mass)
         rates = [
             np.abs(np.linalg.solve(mass, np.array(of))).sum(axis=1).max() for of in (system.damping, system.stiffness)
@@ -94,7 +94,7 @@ def check(system: Any, who: str) -> Any:
         if rates[0] > _HEAVY * math.sqrt(rates[1]) > 0:
             raise InputError(
                 f"{who}: no derivative is known under damping {rates[0] / math.sqrt(rates[1]):.1e} times as fast as the "
-                "masses swing; simulate, section and orbit_diagram take it"
+                "masses swing whose matrix is not symmetric; simulate, section and orbit_diagram take it"
             )
     return system
 

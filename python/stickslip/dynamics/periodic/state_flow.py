@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +19,9 @@ from stickslip.model.system import Oscillator, System
 
 #: The relative error of a step, and the step of the differences that make the Jacobian, relative to the size of a variable.
 TOLERANCE, STEP = 1e-11, 1e-7
+#: So many evaluations a motion may take. What takes more is lost in the rounding of forces over a tiny mass, and would fill
+#: the memory, as each of its steps is kept.
+_MOST = 200_000
 #: Integrators, the next where one fails.
 _METHODS = ("LSODA", "Radau")
 #: Gauss's method of two stages on (0, 1): nodes, weights within a step.
@@ -116,21 +121,34 @@ class StateFlow:
 
     def _run(self, start: Floats, t: float, duration: float) -> Any:
         for method in _METHODS:
-            run: Any = solve_ivp(  # type: ignore[call-overload, unused-ignore]
-                self.rates,
-                (t, t + duration),
-                start,
-                method=method,
-                dense_output=True,
-                rtol=self.tolerance,
-                atol=self.tolerance * self.sizes,
-            )
+            evaluations = itertools.count()
+
+            def rates(t: float, y: Floats, count: Iterator[int] = evaluations) -> Floats:
+                if next(count) > _MOST:
+                    raise _TooStiffError
+                return self.rates(t, y)
+
+            try:
+                run: Any = solve_ivp(  # type: ignore[call-overload, unused-ignore]
+                    rates,
+                    (t, t + duration),
+                    start,
+                    method=method,
+                    dense_output=True,
+                    rtol=self.tolerance,
+                    atol=self.tolerance * self.sizes,
+                )
+            except _TooStiffError:
+                why = f"it takes more than {_MOST} evaluations; take a larger mass, or damping"
+                continue
             if run.status == 0 and np.isfinite(run.y[:, -1]).all():
                 return run
-        raise InputError(
-            f"the motion could not be integrated from t = {t:g} over {duration:g}: {run.message.rstrip('.').lower()}; "
-            "take another start"
-        )
+            why = f"{run.message.rstrip('.').lower()}; take another start"
+        raise InputError(f"the motion could not be integrated from t = {t:g} over {duration:g}: {why}")
+
+
+class _TooStiffError(Exception):
+    """More evaluations than a motion may take."""
 
 
 def _slopes(core: _core.StateSystem, t: Floats, y: Floats) -> Floats:

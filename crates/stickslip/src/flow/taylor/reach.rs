@@ -29,17 +29,18 @@ impl Motion {
     }
 
     /// L without friction.
-    fn rate(&self, frame: &Frame) -> f64 {
-        self.slow.unwrap_or(frame.rate)
+    pub(crate) fn rate(&self, frame: &Frame) -> f64 {
+        self.slow.map_or(frame.rate, |pace| pace.rate)
     }
 
     /// L of the motion at the start, friction included.
     fn pace(&self, frame: &Frame, force_lines: &[ForceLine]) -> f64 {
         let mut rate = self.rate(frame);
+        let share = self.slow.map_or(1.0, |pace| pace.share);
         for (c, force_line) in force_lines.iter().enumerate() {
             if force_line.slips() {
-                rate +=
-                    self.slope(frame, c, force_line).abs() * frame.coupling(c, c) * self.pressure(frame, c);
+                let slope = self.slope(frame, c, force_line).abs() * frame.coupling(c, c);
+                rate += share * slope * self.pressure(frame, c);
                 if let Some(normal) = &frame.normals[c] {
                     let varies = normal.position.abs() / frame.rate + normal.velocity.abs();
                     rate += varies * self.friction[c][0].abs() * frame.coupling(c, c);

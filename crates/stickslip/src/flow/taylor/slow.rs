@@ -5,6 +5,7 @@
 //! q_{k+1} from the pass before: each pass takes away all but the share ω/δ of the error (Hairer & Wanner, Solving Ordinary
 //! Differential Equations II, 1996, section VI.2). All other velocities follow as ever.
 
+use super::tangent::{ABREAST, Along, Lanes, Linear, Tangent};
 use super::{ForceLine, Frame, Held, Motion};
 use crate::law::Law;
 use crate::matrix::Matrix;
@@ -19,6 +20,9 @@ const PASSES: usize = 6;
 const CORRECTIONS: usize = 2;
 /// A velocity is slow where it differs from its slow part by no more roundings of what both are made of.
 const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
+/// The same of a derivative, on whose fast part less depends. Its steps lose up to e⁴ roundings each, where the fast part of
+/// their series would take as much away.
+const TANGENT_ROUNDINGS: f64 = 4096.0 * f64::EPSILON;
 
 /// The damping of a system that is heavy in some direction: M = L Lᵀ and L⁻¹ D L⁻ᵀ.
 #[derive(Clone, Debug)]
@@ -26,14 +30,21 @@ pub(super) struct Heavy {
     lower: Matrix,
     damping: Matrix,
     undamped: f64,
+    fastest: f64,
 }
 
 /// The directions of the velocities that damping leaves no other than a slow motion, as long as some contacts hold.
 #[derive(Clone, Debug)]
 pub(super) struct Slow {
     modes: Vec<Mode>,
-    /// How fast all else moves.
-    rate: f64,
+    pace: Pace,
+}
+
+/// How fast a slow motion is: its rate L, and by what share of its own rate a slope of friction speeds it up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    pub(super) rate: f64,
+    pub(super) share: f64,
 }
 
 /// One of them: z, M z and δ.
@@ -46,7 +57,7 @@ struct Mode {
 
 impl Heavy {
     /// None where damping is light, or where its matrix is not symmetric.
-    pub(super) fn of(system: &System, damping: f64, undamped: f64) -> Option<Self> {
+    pub(super) fn of(system: &System, damping: f64, undamped: f64, fastest: f64) -> Option<Self> {
         let n = system.masses();
         let dampers = Matrix::from_rows(&system.damping);
         let symmetric = (0..n).all(|i| (0..i).all(|j| dampers.at(i, j) == dampers.at(j, i)));
@@ -68,6 +79,7 @@ impl Heavy {
             lower,
             damping,
             undamped,
+            fastest,
         })
     }
 
@@ -112,12 +124,13 @@ impl Heavy {
             }
         }
         let (rates, vectors) = damping.eigen();
-        let (mut modes, mut light) = (Vec::new(), 0.0_f64);
+        let (mut modes, mut light, mut least) = (Vec::new(), 0.0_f64, f64::INFINITY);
         for (k, &rate) in rates.iter().enumerate() {
             if rate < HEAVY * self.undamped {
                 light = light.max(rate.abs());
                 continue;
             }
+            least = least.min(rate);
             let vector: Vec<f64> = (0..n).map(|i| vectors.at(i, k)).collect();
             let dual = (0..n)
                 .map(|i| dot(&self.lower.row(i)[..=i], &vector[..=i]))
@@ -129,10 +142,20 @@ impl Heavy {
             }
             modes.push(Mode { shape, dual, rate });
         }
-        Slow {
-            modes,
-            rate: self.undamped + light,
-        }
+        // What damping holds in every direction creeps at ω²/δ, or as it is driven.
+        let pace = if !modes.is_empty() && modes.len() + fixed.len() == n {
+            let rate = self.undamped * (self.undamped / least) + self.fastest;
+            Pace {
+                rate,
+                share: rate / least,
+            }
+        } else {
+            Pace {
+                rate: self.undamped + light,
+                share: 1.0,
+            }
+        };
+        Slow { modes, pace }
     }
 }
 
@@ -147,7 +170,7 @@ impl Motion {
         x: &[f64],
         v: &[f64],
     ) -> bool {
-        let Some(Slow { modes, rate }) = &held.slow else {
+        let Some(Slow { modes, pace }) = &held.slow else {
             return false;
         };
         if force_lines.iter().any(|line| line.still) {
@@ -155,7 +178,7 @@ impl Motion {
         }
         if modes.is_empty() {
             self.expand_many(frame, laws, force_lines, held, x, v);
-            self.slow = Some(*rate);
+            self.slow = Some(*pace);
             return true;
         }
         let kind = self.ready(frame, force_lines, held, x, v);
@@ -199,10 +222,91 @@ impl Motion {
             off <= ROUNDINGS * size
         });
         if slow {
-            self.slow = Some(*rate);
+            self.slow = Some(*pace);
             self.finish(frame);
         }
         slow
+    }
+}
+
+impl Tangent {
+    /// Expand along a motion that is slow; whether these directions are slow there too. They obey linear equations of the same
+    /// form, so that the same passes find their slow part. Where they are not, only velocities 0 are as they were.
+    pub(crate) fn expand_slow(&mut self, along: &Along) -> bool {
+        let (modes, order) = match &along.held.slow {
+            Some(slow) if !slow.modes.is_empty() => (&slow.modes, along.order),
+            _ => {
+                self.expand(along);
+                return true;
+            }
+        };
+        let start: Vec<Lanes> = self.v.iter().map(|v| v[0]).collect();
+        let count = modes.len();
+        let mut before = vec![Lanes::NOTHING; count * (order + 1)];
+        let mut changed = vec![Lanes::NOTHING; count];
+        for _ in 0..PASSES {
+            let mut now = vec![Lanes::NOTHING; count * (order + 1)];
+            for k in 0..order {
+                let next = (k + 1) as f64;
+                for _ in 0..CORRECTIONS {
+                    self.accelerate(along, k);
+                    for (m, mode) in modes.iter().enumerate() {
+                        let mut rest = mode.part(|i| self.acceleration[i]);
+                        rest.add(-next, before[(k + 1) * count + m]);
+                        for (v, shape) in self.v.iter_mut().zip(&mode.shape) {
+                            v[k].add(shape / mode.rate, rest);
+                        }
+                    }
+                }
+                for (m, mode) in modes.iter().enumerate() {
+                    now[k * count + m] = mode.part(|i| self.v[i][k]);
+                }
+                self.accelerate(along, k);
+                self.follow(k);
+            }
+            for m in 0..count {
+                changed[m] = now[m];
+                changed[m].add(-1.0, before[m]);
+            }
+            before = now;
+        }
+        let Along { frame, .. } = *along;
+        let slow = (0..ABREAST).all(|lane| {
+            let x = self.x.iter().map(|x| x[0][lane].abs()).fold(0.0, f64::max);
+            let friction = |c: usize| self.force[c][0][lane].abs() * frame.coupling(c, c);
+            let pull = (0..self.force.len())
+                .map(friction)
+                .fold(frame.undamped * frame.undamped * x, f64::max);
+            modes.iter().enumerate().all(|(m, mode)| {
+                let sizes = mode.dual.iter().zip(&start);
+                let size: f64 = sizes
+                    .map(|(dual, v)| dual.abs() * (v[lane].abs() + pull / mode.rate))
+                    .sum();
+                let off = (mode.part(|i| start[i])[lane] - before[m][lane])
+                    .abs()
+                    .max(changed[m][lane].abs());
+                off <= TANGENT_ROUNDINGS * size
+            })
+        });
+        if slow {
+            self.finish(along);
+        } else {
+            for (v, start) in self.v.iter_mut().zip(start) {
+                v[0] = start;
+            }
+        }
+        slow
+    }
+}
+
+impl Mode {
+    /// How much of it there is in velocities.
+    fn part(&self, of: impl Fn(usize) -> Lanes) -> Lanes {
+        let mut part = Lanes::NOTHING;
+        for (i, dual) in self.dual.iter().enumerate() {
+            part.add(*dual, of(i));
+        }
+        part
     }
 }
 

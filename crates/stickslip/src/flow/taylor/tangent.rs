@@ -55,7 +55,19 @@ pub(crate) struct Tangent {
     /// Of the normal forces that vary, and of friction under the normal forces of the laws.
     normal: Vec<Wide>,
     friction: Vec<Wide>,
-    acceleration: Vec<Lanes>,
+    pub(super) acceleration: Vec<Lanes>,
+}
+
+/// What tangents go along: an expanded motion up to an order, F′ of the slipping contacts, and what parameters change along
+/// their directions while the motion is held.
+pub(crate) struct Along<'a> {
+    pub(crate) order: usize,
+    pub(crate) frame: &'a Frame,
+    pub(crate) motion: &'a Motion,
+    pub(crate) force_lines: &'a [ForceLine],
+    pub(crate) held: &'a Held,
+    pub(crate) slopes: &'a [Series],
+    pub(crate) given: &'a [(usize, &'a Given)],
 }
 
 /// What a motion would be given by a system: accelerations, friction forces, drive velocities.
@@ -218,95 +230,112 @@ impl Tangent {
             .all(|last| *last == Lanes::NOTHING)
     }
 
-    /// Expand along an expanded motion from the coefficients 0 of x and v up to the `order`; `slopes` are F′ of the slipping
-    /// contacts, `given` what a parameter changes along its direction while the motion is held.
-    pub(crate) fn expand(
-        &mut self,
-        order: usize,
-        frame: &Frame,
-        motion: &Motion,
-        (force_lines, held): (&[ForceLine], &Held),
-        slopes: &[Series],
-        given: &[(usize, &Given)],
-    ) {
+    /// Expand along an expanded motion from the coefficients 0 of x and v.
+    pub(crate) fn expand(&mut self, along: &Along) {
+        for k in 0..along.order {
+            self.accelerate(along, k);
+            self.follow(k);
+        }
+        self.finish(along);
+    }
+
+    /// Coefficients k of the slip speeds, of friction and of the accelerations.
+    pub(super) fn accelerate(&mut self, along: &Along, k: usize) {
+        let Along {
+            frame,
+            motion,
+            force_lines,
+            held,
+            slopes,
+            given,
+            ..
+        } = *along;
         let clock = self.clock;
-        // What the clock changes in a series that comes from outside: its derivative.
-        let later = |series: &Series, k: usize| {
-            let slope = if k < ORDER {
-                (k + 1) as f64 * series[k + 1]
+        let acceleration = &mut self.acceleration;
+        frame.freely(
+            |i| later(clock, &motion.input[i], k),
+            |j| self.x[j][k],
+            |j| self.v[j][k],
+            acceleration,
+        );
+        for (c, force_line) in force_lines.iter().enumerate() {
+            let drive = later(clock, &motion.drive[c], k);
+            self.u[c][k] = slip(frame, force_line, c, drive, |i| self.v[i][k]);
+            if !force_line.slips() {
+                continue;
+            }
+            // Of the size of friction under the normal force of the law.
+            let mut force = Lanes::NOTHING;
+            if frame.is_smooth(c, force_line.direction) {
+                for (j, slope) in slopes[c][..=k].iter().enumerate() {
+                    force.add(*slope, self.u[c][k - j]);
+                }
             } else {
-                0.0
-            };
-            clock.map(|amount| amount * slope)
-        };
-        for k in 0..order {
-            let acceleration = &mut self.acceleration;
-            frame.freely(
-                |i| later(&motion.input[i], k),
-                |j| self.x[j][k],
-                |j| self.v[j][k],
-                acceleration,
-            );
-            for (c, force_line) in force_lines.iter().enumerate() {
-                self.u[c][k] = slip(frame, force_line, c, later(&motion.drive[c], k), |i| self.v[i][k]);
-                if !force_line.slips() {
-                    continue;
-                }
-                // Of the size of friction under the normal force of the law.
-                let mut force = Lanes::NOTHING;
-                if frame.is_smooth(c, force_line.direction) {
-                    for (j, slope) in slopes[c][..=k].iter().enumerate() {
-                        force.add(*slope, self.u[c][k - j]);
-                    }
-                } else {
-                    force.add(force_line.slope, self.u[c][k]);
-                }
-                let [offset, slope] = self.line[c];
-                force.add(motion.u.of(k)[c], slope);
-                if k == 0 {
-                    force.add(1.0, offset);
-                }
-                if let Some(normal) = &frame.normals[c] {
-                    self.friction[c][k] = force;
-                    let mut pressed = later(&motion.pressed[c], k);
-                    pressed.add(normal.position, frame.across(c, |i| self.x[i][k]));
-                    pressed.add(normal.velocity, frame.across(c, |i| self.v[i][k]));
-                    self.normal[c][k] = pressed;
-                    force = Lanes::NOTHING;
-                    for j in 0..=k {
-                        force.add(motion.friction[c][k - j], self.normal[c][j]);
-                        force.add(motion.normal[c][k - j], self.friction[c][j]);
-                    }
-                }
-                let force = force.map(|force| force_line.direction * force);
-                self.force[c][k] = force;
-                frame.push(c, force, acceleration);
+                force.add(force_line.slope, self.u[c][k]);
             }
-            let drive = |c: usize| later(&motion.drive[c], k + 1).map(|rate| (k + 1) as f64 * rate);
-            frame.hold(held, k, drive, &mut self.force, acceleration);
-            for (along, given) in given {
-                for (a, series) in acceleration.iter_mut().zip(&given.acceleration) {
-                    a[*along] += series[k];
+            let [offset, slope] = self.line[c];
+            force.add(motion.u.of(k)[c], slope);
+            if k == 0 {
+                force.add(1.0, offset);
+            }
+            if let Some(normal) = &frame.normals[c] {
+                self.friction[c][k] = force;
+                let mut pressed = later(clock, &motion.pressed[c], k);
+                pressed.add(normal.position, frame.across(c, |i| self.x[i][k]));
+                pressed.add(normal.velocity, frame.across(c, |i| self.v[i][k]));
+                self.normal[c][k] = pressed;
+                force = Lanes::NOTHING;
+                for j in 0..=k {
+                    force.add(motion.friction[c][k - j], self.normal[c][j]);
+                    force.add(motion.normal[c][k - j], self.friction[c][j]);
                 }
             }
-            for (i, a) in acceleration.iter().enumerate() {
-                self.x[i][k + 1] = self.v[i][k].map(|v| v * INVERSE[k + 1]);
-                self.v[i][k + 1] = a.map(|a| a * INVERSE[k + 1]);
+            let force = force.map(|force| force_line.direction * force);
+            self.force[c][k] = force;
+            frame.push(c, force, acceleration);
+        }
+        let drive = |c: usize| later(clock, &motion.drive[c], k + 1).map(|rate| (k + 1) as f64 * rate);
+        frame.hold(held, k, drive, &mut self.force, acceleration);
+        for (lane, given) in given {
+            for (a, series) in acceleration.iter_mut().zip(&given.acceleration) {
+                a[*lane] += series[k];
             }
         }
-        for (c, force_line) in force_lines.iter().enumerate() {
-            self.u[c][order] = slip(frame, force_line, c, later(&motion.drive[c], order), |i| {
-                self.v[i][order]
-            });
-            for (along, given) in given {
+    }
+
+    /// Coefficients k + 1 of positions and velocities.
+    pub(super) fn follow(&mut self, k: usize) {
+        for (i, a) in self.acceleration.iter().enumerate() {
+            self.x[i][k + 1] = self.v[i][k].map(|v| v * INVERSE[k + 1]);
+            self.v[i][k + 1] = a.map(|a| a * INVERSE[k + 1]);
+        }
+    }
+
+    /// The last slip speeds, and what parameters change of slip speeds and forces.
+    pub(super) fn finish(&mut self, along: &Along) {
+        let Along { order, frame, .. } = *along;
+        for (c, force_line) in along.force_lines.iter().enumerate() {
+            let drive = later(self.clock, &along.motion.drive[c], order);
+            self.u[c][order] = slip(frame, force_line, c, drive, |i| self.v[i][order]);
+            for (lane, given) in along.given {
                 // The law has answered for these in what is given.
                 for k in 0..=order {
-                    self.u[c][k][*along] += force_line.sign() * given.drive[c][k];
-                    self.force[c][k][*along] += given.force[c][k];
+                    self.u[c][k][*lane] += force_line.sign() * given.drive[c][k];
+                    self.force[c][k][*lane] += given.force[c][k];
                 }
             }
         }
     }
+}
+
+/// What the clock changes in a coefficient of a series that comes from outside: its derivative.
+fn later(clock: Lanes, series: &Series, k: usize) -> Lanes {
+    let slope = if k < ORDER {
+        (k + 1) as f64 * series[k + 1]
+    } else {
+        0.0
+    };
+    clock.map(|amount| amount * slope)
 }
 
 /// The slip speed of a contact from the velocities of its drive and of the masses.

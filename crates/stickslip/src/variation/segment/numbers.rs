@@ -3,10 +3,19 @@
 use super::Expansion;
 use crate::dual::Dual;
 use crate::flow::taylor::tangent::{ABREAST, Lanes, Tangent, Wide, wide_at};
-use crate::flow::taylor::{Coefficients, Motion};
+use crate::flow::taylor::{Coefficients, Frame, Motion};
 use crate::series::{Series, derivative, slope_at};
 
 impl Expansion {
+    /// How fast the motion is: under heavy damping as slow as what that leaves.
+    pub(in crate::variation) fn pace(&self, frame: &Frame) -> f64 {
+        if self.leapt.is_some() {
+            frame.rate
+        } else {
+            self.motion.rate(frame)
+        }
+    }
+
     /// The derivative of a coefficient at the start of the expansion.
     pub(super) fn coefficient(
         &self,
