@@ -10,8 +10,9 @@ import xarray as xr
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.dynamics import diagrams
-from stickslip.show import orbit_diagram_plot
+from stickslip.show import REGIME_COLOURS, orbit_diagram_plot
 from stickslip.show.diagram import alike_everywhere
+from stickslip.show.maps import _basin_colours
 
 # A belt whose friction first falls and then rises with speed: stick-slip and stable slip coexist.
 FALLING = ss.laws.PiecewiseLinear(nodes=[(0.0, 1.0), (1.0, 0.6), (2.0, 0.8)], break_away=1.0)
@@ -265,3 +266,11 @@ def test_a_map_and_a_diagram_over_a_mass_are_not_dimensionless(over, units):
     system, values = ss.paper.oscillator(0.3), [0.9, 1.1]
     assert ss.orbit_diagram(system, over, values, periods=3, keep=1).attrs["units"] == units
     assert ss.regime_map(system, {over: values}, transient=2, window=1).attrs["units"] == units
+
+
+def test_a_basin_has_the_colour_of_its_regime_and_no_two_have_one():
+    regimes = ["stable_slip", "stick_slip", "stick_slip"]
+    colours = _basin_colours(regimes)
+    assert colours[:2] == [REGIME_COLOURS[regime] for regime in regimes[:2]]
+    for several in (regimes, ["stick_slip"] * 8, list(REGIME_COLOURS)):
+        assert len(set(_basin_colours(several))) == len(several)

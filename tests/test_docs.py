@@ -11,7 +11,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import pytest
 
-from stickslip.cli.main import main
+from stickslip.cli.main import _parser, main
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -71,6 +71,14 @@ def test_every_block_runs_and_prints_what_stands_below_it(page, tmp_path, monkey
         else:
             assert kind in OTHER, f"{page}: no rule for a block of {kind!r}"
     plt.close("all")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_commands_with_a_name_to_fill_in_are_ones_of_stickslip(page):
+    for kind, body in blocks(page):
+        for line in body.replace("\\\n", " ").splitlines() if kind in ("sh", "") else ():
+            if line.startswith("stickslip "):
+                assert _parser().parse_args(shlex.split(line, comments=True)[1:]), line
 
 
 @pytest.mark.parametrize("page", [*PAGES, *EVIDENCE], ids=lambda page: str(page.relative_to(ROOT)))

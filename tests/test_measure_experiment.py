@@ -94,6 +94,29 @@ def test_a_rig_that_is_whole_for_one_record_only_costs_the_others_alone(folder):
     assert "drive_velocity is missing" in table.loc["bad", "message"]
 
 
+@pytest.mark.slow
+def test_logs_of_a_loaded_joint_at_several_speeds_have_one_curve_with_gravity_and_a_report(tmp_path):
+    t = np.arange(0, 10, 0.02)
+    for number, speed in enumerate((0.2, -0.2, 0.5, -0.5, 1.0, -1.0)):
+        noise = 0.02 * np.random.default_rng(number).standard_normal(t.size)
+        torque = np.sign(speed) * 1.2 + 0.8 * speed + 2.0 * np.sin(speed * t + 0.3) + noise
+        table = np.column_stack([t, speed * t, np.full(t.size, speed), torque])
+        np.savetxt(tmp_path / f"joint{number}.csv", table, delimiter=",", header="t,q,dq,tau", comments="")
+    channels = {
+        "time": "t",
+        "displacement": {"column": "q", "unit": "rad"},
+        "velocity": {"column": "dq", "unit": "rad/s"},
+        "force": {"column": "tau", "unit": "N m"},
+    }
+    rig = {"instrument": "direct_force", "columns": channels}
+    run(Experiment(records=[tmp_path / "joint*.csv"], rig=rig, output=tmp_path / "out", workers=1))
+    law = ss.load_law(tmp_path / "out" / "law.toml")
+    assert law.kinetic_force([0.2, 1.0]) == pytest.approx([1.36, 2.0], abs=0.02)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "gravity_cosine" in page
+    assert "follows sine and cosine of the angle" in page
+
+
 def test_records_of_one_name_lie_in_folders_of_their_own(tmp_path):
     for name in ("one", "two"):
         (tmp_path / name).mkdir()

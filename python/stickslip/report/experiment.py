@@ -412,7 +412,7 @@ def _together(plan: Experiment, table: pd.DataFrame) -> str:
     import pandas as pd
 
     from stickslip.identification import Identification, identify
-    from stickslip.report.identification import page
+    from stickslip.report.identification import page, page_of_table
     from stickslip.report.report import Report
 
     results = plan.results
@@ -434,8 +434,7 @@ def _together(plan: Experiment, table: pd.DataFrame) -> str:
                 [results / name / "friction.nc" for name in good], law=None if plan.law == "auto" else plan.law
             )
             law.save(results / "law.toml")
-            if isinstance(law, Identification):
-                report = page(law, simulate=False)
+            report = page(law, simulate=False) if isinstance(law, Identification) else page_of_table(law)
         except InputError as error:
             why = str(error)
     if law is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, to_hex, to_rgb
 from matplotlib.patches import Patch
 
 from stickslip.errors import InputError
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 # Periods 1 to 6, longer ones, and motions that do not repeat.
 _PERIODS = ["#F7F7F7", "#0072B2", "#56B4E9", "#009E73", "#F0E442", "#E69F00", "#CC79A7", "#999999"]
 _BASINS = [OKABE_ITO[name] for name in ("sky", "orange", "green", "purple", "yellow", "blue", "vermilion", "grey")]
+_TINT = 0.55  # of a basin's colour in white, so that attractors and manifolds stand out in it
 
 
 def regime_map_plot(
@@ -75,7 +76,7 @@ def regime_map_plot(
 
 
 def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, units: str | None = None) -> Axes:
-    """Draw basins of attraction, each in its colour with the share of the starts in the legend.
+    """Draw basins of attraction, each in a tint of its regime's colour, with the share of the starts in the legend.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, un
     x, v = result["x"].to_numpy(), result["v"].to_numpy()
     labels = result["label"].transpose("v", "x").to_numpy()
     count = min(most, result.sizes["attractor"])
-    names = []
+    names, own = [], _basin_colours([str(regime) for regime in result["attractor_regime"].to_numpy()[:count]])
     for index in range(count):
         attractor = result.isel(attractor=index)
         period = int(attractor["attractor_period"])
@@ -104,7 +105,7 @@ def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, un
         recurrence = words(str(attractor["attractor_recurrence"].item()))
         repeats = "" if regime in ("stable_slip", "at_rest") else f", period {period}" if period else f", {recurrence}"
         names.append(f"{words(regime)}{repeats} ({100 * float(attractor['fraction']):.3g} %)")
-    codes, colours = np.where(labels < count, labels, -1), _BASINS[:count]
+    codes, colours = np.where(labels < count, labels, -1), [_tint(colour) for colour in own]
     # Starts without an attractor are no part of one.
     regimes = result["regime"].astype("<U16").transpose("v", "x").to_numpy()
     for regime in ("unfinished", "diverged"):
@@ -117,9 +118,23 @@ def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, un
     for index in range(count):
         position = (float(result["attractor_x_mean"][index]), float(result["attractor_v_mean"][index]))
         if x[0] <= position[0] <= x[-1] and v[0] <= position[1] <= v[-1]:
-            ax.plot(*position, "X", ms=7, color=_BASINS[index], mec=OKABE_ITO["black"], mew=0.8)
+            ax.plot(*position, "X", ms=7, color=own[index], mec=OKABE_ITO["black"], mew=0.8)
     ax.set(xlabel=parameter_label("x", which), ylabel=parameter_label("v", which))
     return ax
+
+
+def _basin_colours(regimes: list[str]) -> list[str]:
+    """The colour of its regime for the first attractor of each; further ones take colours that are left."""
+    first = {regime: regimes.index(regime) for regime in regimes}
+    left = [colour for colour in _BASINS if colour not in {REGIME_COLOURS.get(regime) for regime in first}]
+    return [
+        REGIME_COLOURS[regime] if first[regime] == index and regime in REGIME_COLOURS else left.pop(0)
+        for index, regime in enumerate(regimes)
+    ]
+
+
+def _tint(colour: str) -> str:
+    return to_hex(1 - _TINT * (1 - np.array(to_rgb(colour))))
 
 
 def _draw_codes(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import ABOVE, OKABE_ITO, axes
+from stickslip.show.canvas import ABOVE, LINES, OKABE_ITO, axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,12 +84,17 @@ def manifold_plot(manifolds: Manifold | Sequence[Manifold], ax: Axes | None = No
     over = ax is not None
     ax = axes(ax)
     limits = ax.axis()
-    colours = {"stable": OKABE_ITO["black"], "unstable": OKABE_ITO["vermilion"]}
     several = list(manifolds) if isinstance(manifolds, Sequence) else [manifolds]
     known = ax.get_legend()
     for item in several:
         columns = [mass, len(item.fixed_point) // 2 + mass]
-        ax.plot(*item.points[:, columns].T, color=colours[item.side], lw=1.0, label=f"{item.side} manifold")
+        ax.plot(
+            *item.points[:, columns].T,
+            color=OKABE_ITO["black"],
+            ls=LINES[item.side == "stable"],
+            lw=1.0,
+            label=f"{item.side} manifold",
+        )
         ax.plot(*np.array(item.fixed_point)[columns], "x", ms=7, mew=1.6, color=OKABE_ITO["black"])
     if over:
         ax.axis(limits)
