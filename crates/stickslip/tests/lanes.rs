@@ -84,7 +84,7 @@ fn draw_growing(dice: &mut Dice) -> (Oscillator, Run) {
     (Oscillator { law, ..oscillator }, run)
 }
 
-/// The same, otherwise: by a power, or a logarithm. Such a motion goes in a lane where it is forced.
+/// The same, otherwise: by a power, a logarithm or a table. Such a motion goes in a lane where it is forced.
 fn draw_growing_otherwise(dice: &mut Dice) -> (Oscillator, Run) {
     let (mut oscillator, run) = draw(dice);
     if oscillator.forcing.is_empty() {
@@ -95,8 +95,14 @@ fn draw_growing_otherwise(dice: &mut Dice) -> (Oscillator, Run) {
         dice.between(0.0, 1.0),
         dice.between(0.05, 2.0),
     );
-    let law = match dice.below(3) {
+    let law = match dice.below(4) {
         0 => DwellTime::new(kinetic, limit, rate, 0.5).into(),
+        2 => serde_json::from_value(json!({
+            "type": "Tabulated",
+            "kinetic": [[0.0, kinetic], [0.3, 0.7 * kinetic], [0.8, 0.9 * kinetic]],
+            "break_away": [[0.0, kinetic], [rate, kinetic + 0.7 * limit], [3.0 * rate, kinetic + limit]],
+        }))
+        .unwrap(),
         1 => DwellTime::new(kinetic, limit, rate, 1.7).into(),
         _ => LogarithmicDwell::new(kinetic, 0.2 * limit, rate).into(),
     };

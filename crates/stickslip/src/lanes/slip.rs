@@ -247,7 +247,13 @@ pub(super) fn arrival<L: Lane>(
                 if rest.at(i) {
                     let own = level.get(i);
                     let here = rest & is(level, n(own));
-                    step = step.or(here, &steps[own as usize]);
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        clippy::cast_sign_loss,
+                        reason = "the number of a level is small"
+                    )]
+                    let shorter = &steps[own as usize];
+                    step = step.or(here, shorter);
                     rest = rest & !here;
                 }
             }
