@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import maximum_filter1d
 
 Array = npt.NDArray[np.float64]
 
@@ -16,8 +17,8 @@ ERRORS = 8.0
 """A jump is that many times as large as its standard error by the noise."""
 LEAST = 3.0
 """And so many times what the largest acceleration of the free mass moves it by in a step squared."""
-LASTING = 2
-"""It is there without so many samples on each side too: an impulse is not."""
+LASTING = 7
+"""The medians of so many samples on each side are about as far apart too: those beside an impulse are not."""
 RARE, CLEAR = 3, 2.0
 """No record has more jumps, and none of them is smaller than so many times the largest distance that is none."""
 
@@ -52,30 +53,28 @@ def zero_jumps(signal: Array, weight: Array, noise: float, turn: float) -> list[
     """
     if len(signal) < 4 * SIDE:
         return []
-    apart, noisy = _apart(signal, weight, 0)
-    beyond, _ = _apart(signal, weight, LASTING)
-    apart[np.abs(beyond - apart) > np.abs(apart) / 2] = 0.0
+    # the parabola through samples at 1/2, 3/2 ... is wanted at 0
+    kernel = np.linalg.pinv(np.vander(np.arange(SIDE) + 0.5, 3, increasing=True))[0]
+    windows = np.lib.stride_tricks.sliding_window_view(signal, SIDE)
+    seen = np.lib.stride_tricks.sliding_window_view(weight, SIDE).min(axis=1) > 0
+    apart = np.zeros(len(signal))
+    steps = windows[SIDE:] @ kernel - windows[:-SIDE] @ kernel[::-1]
+    apart[SIDE : len(signal) - SIDE + 1] = np.where(seen[SIDE:] & seen[:-SIDE], steps, 0.0)
+    noisy = math.sqrt(2) * float(np.linalg.norm(kernel))
     least = max(ERRORS * noise * noisy, LEAST * turn**2 * float(np.ptp(signal)) / 2)
+    padded = np.pad(signal, 2 * LASTING, mode="edge")
+    medians = np.median(np.lib.stride_tricks.sliding_window_view(padded, LASTING), axis=1)
+    before, left_of, right_of, behind = (medians[i * LASTING : i * LASTING + len(signal)] for i in range(4))
+    lasting = right_of - left_of - (behind - right_of + left_of - before) / 2  # without the slope
     left = np.abs(apart)
+    left[(left < maximum_filter1d(left, 2 * SIDE + 1)) | (np.abs(lasting - apart) > left / 2)] = 0.0
     found: list[ZeroJump] = []
     while len(found) <= RARE and left.max() > least:
         at = int(left.argmax())
         found.append(ZeroJump(at, float(apart[at])))
-        left[max(at - 2 * SIDE, 0) : at + 2 * SIDE] = 0.0
+        left[at] = 0.0
     clear = all(abs(one.size) > CLEAR * float(left.max()) for one in found)
     return sorted(found, key=lambda one: one.index) if clear and len(found) <= RARE else []
-
-
-def _apart(signal: Array, weight: Array, gap: int) -> tuple[Array, float]:
-    """How far the record steps up before each sample, with as many samples left out on each side, and its error by noise."""
-    # the parabola through samples at 1/2, 3/2 ... is wanted at 0
-    kernel = np.linalg.pinv(np.vander(np.arange(SIDE) + 0.5 + gap, 3, increasing=True))[0]
-    windows = np.lib.stride_tricks.sliding_window_view(signal, SIDE)
-    seen = np.lib.stride_tricks.sliding_window_view(weight, SIDE).min(axis=1) > 0
-    apart, ahead = np.zeros(len(signal)), SIDE + 2 * gap
-    steps = windows[ahead:] @ kernel - windows[:-ahead] @ kernel[::-1]
-    apart[SIDE + gap : len(signal) - SIDE - gap + 1] = np.where(seen[ahead:] & seen[:-ahead], steps, 0.0)
-    return apart, math.sqrt(2) * float(np.linalg.norm(kernel))
 
 
 def zero_error(jumps: list[ZeroJump]) -> float:
