@@ -1,4 +1,4 @@
-"""stickslip: from a record of something that rubs to a friction law with its uncertainty, and from the law to every motion.
+"""stickslip: from a record of friction to a friction law with its uncertainty, and from the law to every motion.
 
 >>> import stickslip as ss
 >>> orbit = ss.simulate(ss.paper.oscillator(0.30), t_end=200)

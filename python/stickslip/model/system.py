@@ -80,7 +80,7 @@ def paths_of(name: str, driven: Sequence[int] | None) -> list[str]:
 
 @dataclass(frozen=True)
 class Oscillator(Described):
-    """One mass on a spring and a damper that rubs on a drive: m ẍ + D ẋ + k x = F(w, memory) + Σ A cos(Ω t + φ).
+    """One mass on a spring and a damper that slides on a drive: m ẍ + D ẋ + k x = F(w, memory) + Σ A cos(Ω t + φ).
 
     x is measured from the equilibrium of the moving drive, w = s − ẋ is the slip velocity, and friction on the mass has the
     sign of w. All values are dimensionless (mass = stiffness = 1) or all in SI.
@@ -323,7 +323,7 @@ class _Matrix(Kind):
 
 @dataclass(frozen=True)
 class System(Described):
-    """Masses that rub on drives and on each other: M ẍ + D ẋ + K x = Σ b_c F_c + forcing, b_c = e_mass − e_other.
+    """Masses that slide on drives and on each other: M ẍ + D ẋ + K x = Σ b_c F_c + forcing, b_c = e_mass − e_other.
 
     Parameters
     ----------

@@ -134,7 +134,8 @@ def _basin_colours(regimes: list[str]) -> list[str]:
 
 
 def _tint(colour: str) -> str:
-    return to_hex(1 - _TINT * (1 - np.array(to_rgb(colour))))
+    red, green, blue = (1 - _TINT * (1 - part) for part in to_rgb(colour))
+    return to_hex((red, green, blue))
 
 
 def _draw_codes(
