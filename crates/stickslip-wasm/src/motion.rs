@@ -88,7 +88,7 @@ pub(crate) fn variables(
 /// A whole motion: in events, with the natural period, or integrated.
 pub(crate) enum Orbit {
     Events(model::Orbit, f64),
-    Integrated(Integration, Stop),
+    Integrated(Box<Integration>, Stop),
 }
 
 impl Start {
@@ -119,7 +119,7 @@ impl Start {
             let mut orbit = Integration::new(system, y, TOLERANCE).map_err(sentence)?;
             let stop = orbit.advance(self.t_end, 0.0, &mut go_on);
             let end = orbit.last();
-            return Ok((Orbit::Integrated(orbit, stop), end));
+            return Ok((Orbit::Integrated(Box::new(orbit), stop), end));
         }
         let run = Run {
             x0: self.x0.take(),
