@@ -389,8 +389,8 @@ mod tests {
         // exp(−h) − 1/2, and with a unit of time in which the last powers times their number are too large.
         let (mut slow, mut term) = (ZERO, 1.0);
         let unit = 2.0_f64.powi(-40);
-        for k in 0..=ORDER {
-            slow[k] = term;
+        for (k, place) in slow.iter_mut().enumerate() {
+            *place = term;
             term /= -((k + 1) as f64);
         }
         slow[0] -= 0.5;
