@@ -86,9 +86,10 @@ pub(crate) fn variables(
 }
 
 /// A whole motion: in events, with the natural period, or integrated.
+#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 pub(crate) enum Orbit {
     Events(model::Orbit, f64),
-    Integrated(Box<Integration>, Stop),
+    Integrated(Integration, Stop),
 }
 
 impl Start {
@@ -119,7 +120,7 @@ impl Start {
             let mut orbit = Integration::new(system, y, TOLERANCE).map_err(sentence)?;
             let stop = orbit.advance(self.t_end, 0.0, &mut go_on);
             let end = orbit.last();
-            return Ok((Orbit::Integrated(Box::new(orbit), stop), end));
+            return Ok((Orbit::Integrated(orbit, stop), end));
         }
         let run = Run {
             x0: self.x0.take(),

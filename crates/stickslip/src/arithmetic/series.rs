@@ -165,7 +165,15 @@ pub(crate) fn swing_bound(series: &Series, reach: f64) -> f64 {
 
 /// The positive root of margin + rate τ − curvature τ²/2, in the form that does not cancel; none is infinite.
 pub fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
-    let root = (rate * rate + 2.0 * curvature * margin).sqrt();
+    let square = rate * rate + 2.0 * curvature * margin;
+    // Where the square is too large for a number the root is one still: at most this, and no less than the rate.
+    let root = if square == f64::INFINITY && rate < 0.0 {
+        (2.0 * curvature).sqrt() * margin.sqrt() - rate
+    } else if square == f64::INFINITY {
+        rate
+    } else {
+        square.sqrt()
+    };
     if rate < 0.0 {
         2.0 * margin / (root - rate)
     } else if curvature > 0.0 {
@@ -367,6 +375,13 @@ mod tests {
             None
         );
         assert!(grazes.is_empty());
+    }
+
+    #[test]
+    fn a_rate_whose_square_is_too_large_for_a_number_leaves_time_all_the_same() {
+        assert!((super::free_time(0.5, -1e200, 0.0) * 1e200 - 0.5).abs() < 1e-15);
+        assert_eq!(super::free_time(0.5, 1e200, 0.0), f64::INFINITY);
+        assert!((super::free_time(0.5, 1e200, 1e10) / 1e190 - 2.0).abs() < 1e-15);
     }
 
     #[test]

@@ -36,10 +36,11 @@ impl<'a> Watched<'a> {
 
     #[cold]
     fn ask(&mut self, t: f64) -> bool {
-        self.left = PATIENCE;
         if self.stopped.is_none() && !(self.go_on)() {
             self.stopped = Some(t);
         }
+        // A search within a search may have been told so: the outer one is told at its next round, not after as many again.
+        self.left = if self.stopped.is_some() { 1 } else { PATIENCE };
         self.stopped.is_some()
     }
 }
@@ -55,5 +56,24 @@ impl Deref for Watched<'_> {
 impl DerefMut for Watched<'_> {
     fn deref_mut(&mut self) -> &mut Work {
         self.work
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PATIENCE, Watched};
+    use crate::event::Work;
+
+    #[test]
+    fn a_search_around_another_is_told_to_end_too() {
+        let (mut work, mut no) = (Work::default(), || false);
+        let mut watched = Watched::new(&mut work, &mut no);
+        // Two questions a round: the one of the inner search is the last of each thousand.
+        let ended = (0..PATIENCE).find(|_| {
+            let outer = watched.ends(0.0);
+            watched.ends(0.0);
+            outer
+        });
+        assert_eq!(ended, Some(PATIENCE / 2));
     }
 }
