@@ -240,7 +240,7 @@ impl Integration {
                 add(&mut at, 1.0, last);
             }
             let mut right = if stage == 0 {
-                slope.to_vec()
+                slope.clone()
             } else {
                 system.regular_rates((t + TIME[stage] * h).min(before), &at, self.least)
             };
