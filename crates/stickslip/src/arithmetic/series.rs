@@ -166,13 +166,13 @@ pub(crate) fn swing_bound(series: &Series, reach: f64) -> f64 {
 /// The positive root of margin + rate τ − curvature τ²/2, in the form that does not cancel; none is infinite.
 pub fn free_time(margin: f64, rate: f64, curvature: f64) -> f64 {
     let square = rate * rate + 2.0 * curvature * margin;
-    // Where the square is too large for a number the root is one still: at most this, and no less than the rate.
-    let root = if square == f64::INFINITY && rate < 0.0 {
-        (2.0 * curvature).sqrt() * margin.sqrt() - rate
-    } else if square == f64::INFINITY {
-        rate
-    } else {
+    // Where the square of a rate is too large for a number the root is one still: at most this, and no less than the rate.
+    let root = if rate * rate < f64::INFINITY {
         square.sqrt()
+    } else if rate < 0.0 {
+        (2.0 * curvature).sqrt() * margin.sqrt() - rate
+    } else {
+        rate
     };
     if rate < 0.0 {
         2.0 * margin / (root - rate)
