@@ -39,7 +39,7 @@ impl<'a> Watched<'a> {
         if self.stopped.is_none() && !(self.go_on)() {
             self.stopped = Some(t);
         }
-        // A search within a search may have been told so: the outer one is told at its next round, not after as many again.
+        // A search within a search may have had the answer: the outer one has it at its next round, not after as many again.
         self.left = if self.stopped.is_some() { 1 } else { PATIENCE };
         self.stopped.is_some()
     }
@@ -65,7 +65,7 @@ mod tests {
     use crate::event::Work;
 
     #[test]
-    fn a_search_around_another_is_told_to_end_too() {
+    fn a_search_around_another_ends_too() {
         let (mut work, mut no) = (Work::default(), || false);
         let mut watched = Watched::new(&mut work, &mut no);
         // Two questions a round: the one of the inner search is the last of each thousand.
