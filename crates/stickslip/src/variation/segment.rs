@@ -407,8 +407,16 @@ impl<'a> Course<'a> {
         expansion.reach = if order < self.frame.order {
             0.0
         } else {
-            let sprung = (0..layout.masses).map(|i| self.frame.sprung(i, x));
-            let scale = sprung
+            // A motion that damping leaves slow has no speed of its position times the fastest rate.
+            let frame = &self.frame;
+            let sizes = (0..layout.masses).map(|i| {
+                if motion.is_slow() {
+                    frame.sprung(i, x)
+                } else {
+                    frame.rate * x[i].abs()
+                }
+            });
+            let scale = sizes
                 .chain(v.iter().map(|v| v.abs()))
                 .fold(self.frame.push, f64::max)
                 .max(motion.speed(&self.frame, force_lines))
