@@ -207,8 +207,9 @@ pub(crate) fn borne_step(
 /// A guard that starts below zero by so many times its rounding has been passed: something else happened that changed it.
 pub(crate) const PASSED: f64 = 1e6;
 
-/// A guard that hardly moves, and lies below zero by so many times its rounding, came there unseen.
-const LEFT_BEHIND: f64 = 4.0;
+/// A guard that hardly moves, and lies below zero by so many times its rounding, came there unseen. A step leads it on by no
+/// more than once its rounding, so that it is seen before it is four times that beyond.
+const LEFT_BEHIND: f64 = 2.0;
 
 /// As a part of the reach of a polynomial, how far before and after a root its certificate looks.
 pub(crate) const CERTIFIED: f64 = 1e-9;
