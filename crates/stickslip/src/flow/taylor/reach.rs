@@ -10,6 +10,11 @@ const NEGLIGIBLE: f64 = 5e-17;
 /// The longest step, in units of 1/L.
 const LONGEST: f64 = 4.0;
 
+/// From this power on nothing is left of a motion under constant forces alone.
+const CONSTANT: usize = 3;
+/// The least number.
+const LEAST: f64 = f64::from_bits(1);
+
 /// At the end of a step a smooth law and its series may differ by as much as changes the speed by this share.
 const AGREES: f64 = 1e-14;
 /// They are compared at so many slip speeds along a step at the most.
@@ -80,10 +85,15 @@ impl Motion {
         let mut rate = self.pace(frame, force_lines);
         let bound = NEGLIGIBLE * scale;
         let order = frame.order;
-        let sizes = [order, order - 1].map(|k| (k, self.size(self.rate(frame), k)));
-        if sizes.iter().all(|(_, size)| *size == 0.0) {
-            // The series has come to its end, as that of a mass on a constant drive: only waves go on.
-            rate = frame.fastest;
+        let mut sizes = [order, order - 1].map(|k| (k, self.size(self.rate(frame), k)));
+        if sizes.iter().any(|(_, size)| *size == 0.0) {
+            if (CONSTANT..=order).all(|k| self.size(self.rate(frame), k) == 0.0) {
+                // The series has come to its end, as that of a mass on a constant drive: only waves go on.
+                rate = frame.fastest;
+            } else if bound >= f64::MIN_POSITIVE {
+                // In units in which the motion takes very long they are too small for a number, and no smaller than that.
+                sizes = sizes.map(|(k, size)| (k, size.max(LEAST)));
+            }
         }
         let exponents = sizes.map(|(k, size)| ln(bound / size) * (1.0 / k as f64));
         let mut shortest = exp(exponents[0].min(exponents[1])).min(LONGEST / rate);
