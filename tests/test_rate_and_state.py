@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.special import lambertw
 
 import stickslip as ss
@@ -380,18 +381,87 @@ def quasi_dynamic_returns(law, stiffness, damping, psi, t_end):
     return done.t_events[0], done.y_events[0][:, 1]
 
 
-def test_cycles_of_a_vanishing_mass_are_those_of_the_quasi_dynamic_equations():
+def test_a_slider_without_mass_obeys_the_quasi_dynamic_equations():
     # With radiation damping d the critical stiffness is (N (b − a) − d V)/L = 0.004; below it cycles, stable ones here.
     law, damping, stiffness = replace(ONE, b=0.015), 1e-3, 0.0035
     cycles = []
-    for mass in (1e-8, 2e-8):
+    for mass in (0.0, 1e-8):
         slider = ss.Oscillator(damping, 1.0, law, mass=mass, stiffness=stiffness)
         cycles.append(ss.periodic_orbit(slider, ((law.kinetic_force(1.0) + 0.01) / stiffness, 0.0), t_end=80.0))
-    near, far = (cycle.period for cycle in cycles)
     times, psi = quasi_dynamic_returns(law, stiffness, damping, 0.55, 450.0)
-    # The mass moves the period by its own size: that of none lies on the line through both.
-    assert 2 * near - far == pytest.approx(np.diff(times)[-1], rel=1e-7)
-    assert far - near < 1e-5 * near
+    assert cycles[0].period == pytest.approx(np.diff(times)[-1], rel=1e-7)
+    assert cycles[1].period == pytest.approx(cycles[0].period, rel=1e-5)
     # A disturbance decays from return to return by the multiplier, here from the sixth to the tenth.
     steps = np.diff(psi)
     assert (steps[10] / steps[6]) ** 0.25 == pytest.approx(cycles[0].largest, rel=5e-3)
+
+
+@pytest.mark.parametrize("stiffness", [0.0038, 0.0042])
+def test_steady_slip_without_mass_loses_its_stability_at_the_known_stiffness(stiffness):
+    law = replace(ONE, b=0.015)
+    slider = ss.Oscillator(1e-3, 1.0, law, mass=0.0, stiffness=stiffness)
+    orbit = ss.integrate(slider, 200.0, law.kinetic_force(1.0) / stiffness, state=1e-3)
+    x = orbit.variables(np.linspace(0, 200, 2001))[:, 0]
+    # With w = 1 + y, so that ψ̇ = −ψ − y: the balance of forces, once differentiated, is (a + d) ẏ = (b − k) y + b ψ.
+    growth = np.linalg.eigvals([[(0.015 - stiffness) / 0.011, 0.015 / 0.011], [-1.0, -1.0]])
+    assert np.log(np.ptp(x[1500:]) / np.ptp(x[:500])) == pytest.approx(150 * growth.real.max(), rel=0.05)
+
+
+def test_two_coupled_sliders_without_mass_obey_their_equations():
+    law, damping = replace(ONE, b=0.015), 1e-3
+    k = np.array([[0.0045, -0.001], [-0.001, 0.0045]])
+    second = replace(law, law="slip", a=0.012, second_b=0.004, second_length=0.3)
+    contacts = [ss.Contact(0, law, 1.0), ss.Contact(1, second, ss.Drive(1.0, harmonics=ss.Harmonic(0.2, 0.3)))]
+    system = ss.System([0.0, 0.0], k, damping, contacts, ss.Force(2e-3, 0.7, mass=0))
+    x0 = np.linalg.solve(k, [0.601, 0.6])
+    orbit = ss.integrate(system, 40.0, x0)
+    # The slip velocities at which the forces balance, by bisection at every evaluation; ψ from there.
+
+    def velocities(t, x, z):
+        pushes = [2e-3 * np.cos(0.7 * t), 0.0]
+        drives = [1.0, 1.0 + 0.2 * np.cos(0.3 * t)]
+        w = np.empty(2)
+        for i, one in enumerate((law, second)):
+            load = damping * drives[i] + k[i] @ x - pushes[i]
+            grown = np.exp((0.6 + one.b * z[i][0] + 0.004 * z[i][1:].sum()) / one.a)
+
+            def excess(w, a=one.a, grown=grown, load=load):
+                return a * np.arcsinh(0.5 * w * grown) + damping * w - load
+
+            w[i] = brentq(excess, 1e-9, 1e3, xtol=1e-15)
+        return w, np.array(drives) - w
+
+    def rates(t, y):
+        x, z = y[:2], (y[2:3], y[3:])
+        w, v = velocities(t, x, z)
+        slips = [-w[1] * (np.log(w[1]) + z[1][0]), -w[1] / 0.3 * (np.log(w[1]) + z[1][1])]
+        return [*v, np.exp(-z[0][0]) - w[0], *slips]
+
+    known = solve_ivp(rates, (0, 40), [*x0, 0.0, 0.0, 0.0], method="Radau", rtol=1e-9, atol=1e-9)
+    assert orbit.at(40.0)[0] == pytest.approx(known.y[:2, -1], rel=1e-7)
+    _, v = velocities(40.0, known.y[:2, -1], (known.y[2:3, -1], known.y[3:, -1]))
+    assert orbit.at(40.0)[1] == pytest.approx(v, abs=1e-5)
+
+
+def test_what_has_no_mass_is_refused_where_forces_do_not_balance_in_one_way():
+    law = replace(ONE, b=0.015)
+    slider = ss.Oscillator(1e-3, 1.0, law, mass=0.0, stiffness=0.0035)
+    with pytest.raises(ss.InputError, match="mass must be greater than 0"):
+        replace(slider, law=ss.laws.Coulomb(0.5))
+    with pytest.raises(ss.InputError, match="mass may be 0 only where every mass rubs once"):
+        ss.System([0, 0], [1, 1], 0.1, ss.Contact(0, law, 1.0))
+    with pytest.raises(ss.InputError, match=r"balance at the velocity .* leave v0 out"):
+        ss.integrate(slider, 10.0, 170.0, 0.9, state=0.1)
+    # Without damping slip becomes infinite in a finite time on a spring below the critical one.
+    with pytest.raises(ss.InputError, match="may become infinite in a finite time"):
+        ss.integrate(replace(slider, damping=0.0), 100.0, 165.0)
+    with pytest.raises(ss.InputError, match="give the unit of mass"):
+        ss.dimensionless(slider, force=1.0)
+    assert type(slider).from_dict(slider.to_dict()) == slider
+
+
+def test_exponents_of_a_motion_that_rests_first_are_numbers():
+    slider = ss.Oscillator(1e-3, 1.0, replace(ONE, b=0.015), stiffness=0.0035)
+    exponents = ss.lyapunov(slider, 500.0).exponents
+    assert np.isfinite(exponents).all()
+    assert exponents.max() < 0.01

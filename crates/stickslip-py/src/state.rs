@@ -1,5 +1,7 @@
 //! Laws with an internal state at the border: the right-hand sides that an integrator in Python asks for.
 
+use std::f64::consts::TAU;
+
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;
 use stickslip::state_law::{self, StateFriction, StateLaw};
@@ -118,6 +120,23 @@ impl Masses {
         let pairs = t.as_slice()?.iter().zip(rows);
         let slopes: Vec<f64> = pairs.flat_map(|(&t, y)| self.0.rates(t, y)).collect();
         Ok(slopes.into_pyarray(py))
+    }
+
+    /// Whether nothing has a mass.
+    #[getter]
+    fn is_massless(&self) -> bool {
+        self.0.is_massless()
+    }
+
+    /// The variables at t = 0 with velocities that balance the forces where there is no mass; else as they are.
+    fn balanced<'py>(&self, py: Python<'py>, y: PyReadonlyArray1<'py, f64>) -> PyResult<Array<'py, f64>> {
+        Ok(self.0.balanced(y.as_slice()?.to_vec()).into_pyarray(py))
+    }
+
+    /// 2π over the highest natural frequency, without mass over the rate of the fastest state.
+    #[getter]
+    fn natural_period(&self) -> f64 {
+        TAU / self.0.natural_frequency()
     }
 
     /// Whether the motion is integrated in other variables.

@@ -8,6 +8,7 @@
 use crate::elementary::power;
 use crate::engine::{Engine, Reached, Samples};
 use crate::error::{Error, finite, positive};
+use crate::matrix::{factor, solve};
 use crate::observer::Observer;
 use crate::simulate::{MOST_BYTES, Stop, lost};
 use crate::state_system::StateSystem;
@@ -132,7 +133,7 @@ impl Integration {
         }
         let (scales, shares) = system.regular_scales(&y);
         let least = LEAST * tolerance * system.scales(&y)[system.masses()];
-        let start = y;
+        let start = system.balanced(y);
         let y = system.regular(start.clone());
         Ok(Self {
             start: start.into(),
@@ -421,49 +422,6 @@ struct Step {
 fn add(sum: &mut [f64], factor: f64, values: &[f64]) {
     for (sum, value) in sum.iter_mut().zip(values) {
         *sum += factor * value;
-    }
-}
-
-/// A square matrix as a product of triangles, in its place, with the rows that were exchanged; none where it has no inverse.
-fn factor(matrix: &mut [f64], n: usize) -> Option<Vec<usize>> {
-    let mut pivots = Vec::with_capacity(n);
-    for k in 0..n {
-        let size = |i: usize| matrix[i * n + k].abs();
-        let pivot = (k..n).fold(k, |best, i| if size(i) > size(best) { i } else { best });
-        if !(size(pivot) > 0.0 && size(pivot).is_finite()) {
-            return None;
-        }
-        pivots.push(pivot);
-        for j in 0..n {
-            matrix.swap(k * n + j, pivot * n + j);
-        }
-        for i in k + 1..n {
-            let share = matrix[i * n + k] / matrix[k * n + k];
-            matrix[i * n + k] = share;
-            for j in k + 1..n {
-                matrix[i * n + j] -= share * matrix[k * n + j];
-            }
-        }
-    }
-    Some(pivots)
-}
-
-/// The solution of a factored system, in the place of its right side.
-fn solve(matrix: &[f64], pivots: &[usize], right: &mut [f64]) {
-    let n = right.len();
-    for (k, &pivot) in pivots.iter().enumerate() {
-        right.swap(k, pivot);
-    }
-    for i in 0..n {
-        for j in 0..i {
-            right[i] -= matrix[i * n + j] * right[j];
-        }
-    }
-    for i in (0..n).rev() {
-        for j in i + 1..n {
-            right[i] -= matrix[i * n + j] * right[j];
-        }
-        right[i] /= matrix[i * n + i];
     }
 }
 

@@ -173,6 +173,11 @@ pub trait Checked {
     /// # Errors
     /// Where what it remembers is a force.
     fn check_scaled(&self) -> Result<(), Error>;
+
+    /// Whether friction grows with w at once whatever the state is, so that it balances the load on a body without mass.
+    fn moves_no_mass(&self) -> bool {
+        false
+    }
 }
 
 impl Value for Law {

@@ -297,6 +297,11 @@ fn first_positive(mut frequencies: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 impl<L> System<L> {
+    /// Whether nothing here has a mass, so that friction and the load are in balance at every time.
+    pub fn is_massless(&self) -> bool {
+        self.mass.iter().flatten().all(|&mass| mass == 0.0)
+    }
+
     /// As [`Model::forcing_frequency`].
     pub(crate) fn forcing_frequency(&self) -> Option<f64> {
         let forces = self.forcing.iter().map(|force| force.frequency);

@@ -56,6 +56,10 @@ impl Checked for StateLaw {
     fn check_scaled(&self) -> Result<(), Error> {
         Ok(())
     }
+
+    fn moves_no_mass(&self) -> bool {
+        self.direct_effect() > 0.0
+    }
 }
 
 /// The answers every law with a state gives. To add one: a file with this trait, one line in [`StateLaw`], and the same in
@@ -108,12 +112,17 @@ pub trait StateFriction: Limited {
         [u, self.rates(u, z, rates)]
     }
 
+    /// ∂F/∂u where friction is a line through rest in the variable u at any state; else 0.
+    fn direct_effect(&self) -> f64 {
+        0.0
+    }
+
     /// ∂u/∂w, no more than `most`, and what du/dt is besides where the state changes by `rates`.
     fn slip_variable_slopes(&self, _u: f64, _z: &[f64], _rates: &[f64], _most: f64) -> [f64; 2] {
         [1.0, 0.0]
     }
 
-    /// A bound of |∂ż/∂z| at slip velocity `w`, for [`StateFriction::advance`].
+    /// How fast the state comes to that of steady slip at velocity `w`, a bound of |∂ż/∂z| for [`StateFriction::advance`].
     fn pace(&self, _w: f64) -> f64 {
         0.0
     }
@@ -183,6 +192,7 @@ macro_rules! laws {
             fn slip_variable_slopes(&self, u: f64, z: &[f64], rates: &[f64], most: f64) -> [f64; 2] {
                 match self { $(Self::$name(law) => law.slip_variable_slopes(u, z, rates, most)),+ }
             }
+            fn direct_effect(&self) -> f64 { match self { $(Self::$name(law) => law.direct_effect()),+ } }
             fn pace(&self, w: f64) -> f64 { match self { $(Self::$name(law) => law.pace(w)),+ } }
             fn advance(&self, w: f64, z: &mut [f64], time: f64) { match self { $(Self::$name(law) => law.advance(w, z, time)),+ } }
         }

@@ -90,7 +90,7 @@ class Oscillator(Described):
     damping : D ≥ 0.
     drive_velocity : s, any sign, or a :class:`Drive`.
     law : friction between mass and drive.
-    mass : m > 0.
+    mass : m > 0; 0 under a :class:`~stickslip.laws.RateState`, whose friction then balances the load at every time.
     stiffness : k > 0.
     forcing : None, one :class:`Harmonic` or up to four, and constant ones.
     normal_force : a :class:`NormalForce` that varies; None: always that of the law.
@@ -173,7 +173,9 @@ class Oscillator(Described):
 
     @property
     def natural_period(self) -> float:
-        """2π √(m/k)."""
+        """2π √(m/k); without mass 2π over the rate at which the law's state comes to that of steady slip."""
+        if not self.mass:
+            return self.to_system().natural_period
         return float(2 * 3.141592653589793 * (self.mass / self.stiffness) ** 0.5)
 
     def to_json(self) -> str:
@@ -327,7 +329,8 @@ class System(Described):
 
     Parameters
     ----------
-    mass : M, symmetric positive definite, shape (n, n); a list of n numbers is its diagonal.
+    mass : M, symmetric positive definite, shape (n, n); a list of n numbers is its diagonal. Zero where each mass rubs once,
+        on a drive, under a :class:`~stickslip.laws.RateState`: friction then balances the load at every time.
     stiffness, damping : K and D, shape (n, n), any; a list is the diagonal, a number the same for all masses.
     contacts : :class:`Contact` or several.
     forcing : :class:`Force` or several; a :class:`Harmonic` acts on mass 0.
@@ -412,7 +415,12 @@ class System(Described):
 
     @property
     def natural_period(self) -> float:
-        """2π over the highest natural frequency of the undamped masses; over 1 where nothing is sprung."""
+        """2π over the highest natural frequency of the undamped masses; over 1 where nothing is sprung.
+
+        Without mass 2π over the rate at which the fastest of the states comes to that of steady slip.
+        """
+        if not np.any(self.mass):
+            return _core.StateSystem(self.to_json()).natural_period
         squares = np.linalg.eigvals(np.linalg.solve(np.array(self.mass), np.array(self.stiffness)))
         fastest = float(np.sqrt(np.abs(squares).max()))
         return 2 * np.pi / (fastest or 1.0)

@@ -27,6 +27,10 @@ from stickslip.simulation.time_limit import TimeLimit
 METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
 #: The least relative error that scipy's integrators take, of a variable that has only an absolute one.
 _SMALLEST = 100 * float(np.finfo(float).eps)
+#: How far v0 may be from the velocity at which forces balance, relative to the speeds of the motion.
+_BALANCED = 1e-3
+#: What may be the reason where there is no mass.
+_RUNS_AWAY = "; without a mass or damping slip of a soft spring may become infinite in a finite time: give one of them"
 #: So many steps at one time lead nowhere.
 _IDLE = 1000
 
@@ -51,7 +55,8 @@ def integrate(
     system : the oscillator or system; its laws are :class:`~stickslip.laws.state_law.StateLaw`.
     t_end : time to run > 0.
     x0 : position at t = 0, for a system shape (masses,); default 0.
-    v0 : velocity at t = 0, same shape; default that of the drive.
+    v0 : velocity at t = 0, same shape; default that of the drive. Without mass the balance of forces gives the velocity:
+        v0 then only tells the slip velocity whose steady state is the default of `state`.
     max_events : the run ends at so many events of one kind at a contact, with ``orbit.stop == "max_events"``.
     state : the law's state at t = 0, for a system shape (contacts,), and where a law has two state variables (2,) or
         (contacts, 2), as :meth:`stickslip.simulation.state_orbit.StateOrbit.state` gives it; default that of steady slip at
@@ -70,7 +75,8 @@ def integrate(
     Raises
     ------
     InputError
-        for a law without internal state, for values that make no sense, and where `max_evaluations` did not suffice.
+        for a law without internal state, for values that make no sense, where `max_evaluations` did not suffice, and where
+        there is no mass and v0 and `state` are given but not in balance with x0.
 
     Limits: no event is certified; where the law creeps instead of sticking, so does the motion. Each step of the integrator
     is kept: some 100 bytes a step.
@@ -100,9 +106,18 @@ def integrate(
         z = np.hstack([law.steady_state(w) for law, w in zip(laws, slip, strict=True)])
     else:
         z = np.array(StateLayout.of(system).gather(state, "integrate"))
+    start = core.balanced(np.concatenate([begin, z]))
+    velocities = core.states(np.zeros(1), start)[0]
     scale = _scales(whole, laws, np.concatenate([begin, slip]))
     noise = tolerance * scale[whole.masses]
-    first, small, share = core.regular(np.concatenate([begin, z]))
+    if core.is_massless and v is not None:
+        if state is not None and np.abs(velocities - np.array(v)).max() > _BALANCED * scale[whole.masses]:
+            raise InputError(
+                f"integrate: without mass the forces at x0 and state balance at the velocity {velocities.tolist()}, got "
+                f"v0 = {v}: leave v0 out"
+            )
+        v = None
+    first, small, share = core.regular(start)
     scale = np.where(share < 1.0, small, scale)
     # A slip velocity within the tolerance, and within what the clock can tell, is at rest.
     finest = noise * max(0.01, 10 * math.ulp(end) * 2 * math.pi / whole.natural_period / tolerance)
@@ -176,7 +191,7 @@ def integrate(
             if (attempt, factor) == attempts[-1] or spent > max_evaluations:
                 raise InputError(
                     f"integrate: {attempt} came to t = {came:g} in {min(spent, max_evaluations)} evaluations: take "
-                    "another method, a looser tolerance, or raise max_evaluations"
+                    f"another method, a looser tolerance, or raise max_evaluations{_RUNS_AWAY * core.is_massless}"
                 ) from None
             continue
         # LSODA may end in what is no number, and call that a success.
@@ -195,7 +210,7 @@ def integrate(
             last, stop = float(mark.times[max_events - 1]), "max_events"
     marks = [replace(mark, times=mark.times[mark.times <= last]) for mark in marks]
     work = Work(events=sum(len(mark.times) for mark in marks), evaluations=spent)
-    return StateOrbit(system, core, solution, marks, last, stop, work, np.concatenate([begin, z]), v)
+    return StateOrbit(system, core, solution, marks, last, stop, work, start, v)
 
 
 class _Stalled(Exception):

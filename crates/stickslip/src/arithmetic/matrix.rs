@@ -191,6 +191,49 @@ impl Matrix {
     }
 }
 
+/// A square matrix as a product of triangles, in its place, with the rows that were exchanged; none where it has no inverse.
+pub(crate) fn factor(matrix: &mut [f64], n: usize) -> Option<Vec<usize>> {
+    let mut pivots = Vec::with_capacity(n);
+    for k in 0..n {
+        let size = |i: usize| matrix[i * n + k].abs();
+        let pivot = (k..n).fold(k, |best, i| if size(i) > size(best) { i } else { best });
+        if !(size(pivot) > 0.0 && size(pivot).is_finite()) {
+            return None;
+        }
+        pivots.push(pivot);
+        for j in 0..n {
+            matrix.swap(k * n + j, pivot * n + j);
+        }
+        for i in k + 1..n {
+            let share = matrix[i * n + k] / matrix[k * n + k];
+            matrix[i * n + k] = share;
+            for j in k + 1..n {
+                matrix[i * n + j] -= share * matrix[k * n + j];
+            }
+        }
+    }
+    Some(pivots)
+}
+
+/// The solution of a factored system, in the place of its right side.
+pub(crate) fn solve(matrix: &[f64], pivots: &[usize], right: &mut [f64]) {
+    let n = right.len();
+    for (k, &pivot) in pivots.iter().enumerate() {
+        right.swap(k, pivot);
+    }
+    for i in 0..n {
+        for j in 0..i {
+            right[i] -= matrix[i * n + j] * right[j];
+        }
+    }
+    for i in (0..n).rev() {
+        for j in i + 1..n {
+            right[i] -= matrix[i * n + j] * right[j];
+        }
+        right[i] /= matrix[i * n + i];
+    }
+}
+
 /// Rows of which only what is not zero is kept.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows<T> {

@@ -75,7 +75,9 @@ impl<L: Checked + DeserializeOwned> Oscillator<L> {
     /// # Errors
     /// The first value that makes no sense.
     pub fn validate(&self) -> Result<(), Error> {
-        positive("mass", self.mass)?;
+        if !(self.mass == 0.0 && self.law.moves_no_mass()) {
+            positive("mass", self.mass)?;
+        }
         positive("stiffness", self.stiffness)?;
         not_negative("damping", self.damping)?;
         finite("drive_velocity", self.drive_velocity)?;

@@ -69,6 +69,11 @@ impl Spring {
         pieces.map(|piece| self.line(piece)[1].abs()).fold(0.0, f64::max)
     }
 
+    /// The slope of its force on a piece.
+    pub(crate) fn slope(&self, piece: usize, displacement: f64) -> f64 {
+        self.line(piece)[1] + 3.0 * self.cubic * displacement * displacement
+    }
+
     /// Its force on a piece.
     pub(crate) fn force(&self, piece: usize, displacement: f64) -> f64 {
         let [offset, slope] = self.line(piece);

@@ -5,26 +5,36 @@ use std::ops::Range;
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::matrix::Matrix;
+use crate::matrix::{Matrix, factor, solve};
 use crate::section::Surface;
 use crate::series::ZERO;
 use crate::state_law::{StateFriction, StateLaw};
-use crate::system::System;
+use crate::system::{Contact, System};
 
 /// The part of a variable over which differences are taken: the root of the rounding.
 const DIFFERENCE: f64 = 1.5e-8;
 /// The part of u of [`StateSystem::regular`] that counts, where a slip velocity is a multiple of it: u goes to about 100.
 const MULTIPLE: f64 = 0.1;
+/// Without mass what is left of the balance of forces falls at so many times the rate of the states.
+const BALANCES: f64 = 10.0;
+/// No slope ∂u/∂w of a law is taken for more, which leaves room for its products.
+const STEEPEST: f64 = 1e150;
+/// Newton's method comes down from too fast a slip by one e-fold a round.
+const MOST_ROUNDS: usize = 10_000;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c(w_c, z_c) + Σ e_i A cos(Ω t + φ), ż_c = g_c(w_c, z_c), in the variables [x, q, z].
 ///
 /// The state z is that of each contact after the other, of as many numbers as its law has.
 /// Of the velocities q as many as can be are slip velocities, one for each contact that joins what was not joined; the rest
 /// are velocities of masses. A stiff law multiplies the rounding of s − ẋ, which a variable of its own does not have.
+///
+/// Without mass (M = 0) friction balances the load L on each mass: L = F − D ẋ − K x + … = 0. The slip velocities are variables
+/// all the same, and move by dL/dt = −L/τ: from a start in balance they keep it, and what errors leave of it fades.
 #[derive(Clone, Debug)]
 pub struct StateSystem {
     system: System<StateLaw>,
-    inverse: Matrix,
+    /// That of the mass matrix; none without mass.
+    inverse: Option<Matrix>,
     links: Vec<Link>,
     /// How many numbers the states are.
     states: usize,
@@ -66,6 +76,8 @@ pub struct Motion {
     pub force: Vec<f64>,
     /// dz/dt, number by number.
     pub rate: Vec<f64>,
+    /// The sum of all forces, mass by mass.
+    pub load: Vec<f64>,
 }
 
 impl StateSystem {
@@ -80,9 +92,11 @@ impl StateSystem {
         system.validate()?;
         let links = links(&system);
         Ok(Self {
-            inverse: Matrix::from_rows(&system.mass)
-                .inverse()
-                .expect("a validated mass matrix"),
+            inverse: (!system.is_massless()).then(|| {
+                Matrix::from_rows(&system.mass)
+                    .inverse()
+                    .expect("a validated mass matrix")
+            }),
             steep: steep(&system, &links),
             links,
             states: system.contacts.iter().map(|contact| contact.law.states()).sum(),
@@ -119,6 +133,11 @@ impl StateSystem {
         !self.steep.is_empty()
     }
 
+    /// Whether nothing has a mass.
+    pub fn is_massless(&self) -> bool {
+        self.inverse.is_none()
+    }
+
     /// The variables in which rest is no steep place: y with u(w, z) of the law in place of each slip velocity w that is one
     /// of its variables, where the law is steep at rest.
     pub fn regular(&self, y: Vec<f64>) -> Vec<f64> {
@@ -150,7 +169,12 @@ impl StateSystem {
         if !self.is_steep() {
             return self.rates(t, regular);
         }
-        let motion = self.motion_on(&self.drives(t), t, &self.natural(regular), Some(regular));
+        let motion = self.motion_on(
+            &self.drives(t),
+            t,
+            &self.natural(regular),
+            Some((regular, least.recip())),
+        );
         let mut rates = self.rates_of(&motion);
         for Steep { contact, slip, state } in &self.steep {
             let law = &self.system.contacts[*contact].law;
@@ -237,7 +261,7 @@ impl StateSystem {
     /// What counts as small in each variable, from a start: that of a motion as fast as the drives, at the natural frequency.
     pub fn scales(&self, y: &[f64]) -> Vec<f64> {
         let n = self.masses();
-        let frequency = self.system.natural_frequency();
+        let frequency = self.natural_frequency();
         let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
         let drives: Vec<f64> = self.drives(0.0).iter().map(|drive| drive[0]).collect();
         let (far, fast) = (largest(&y[..n]), largest(&y[n..2 * n]).max(largest(&drives)));
@@ -298,7 +322,60 @@ impl StateSystem {
     /// The period of the first forcing, or the natural period.
     pub fn period(&self) -> f64 {
         let frequency = self.system.forcing_frequency();
-        TAU / frequency.unwrap_or_else(|| self.system.natural_frequency())
+        TAU / frequency.unwrap_or_else(|| self.natural_frequency())
+    }
+
+    /// The highest natural frequency; without mass the rate at which the fastest state comes to that of steady slip.
+    pub fn natural_frequency(&self) -> f64 {
+        if self.inverse.is_some() {
+            return self.system.natural_frequency();
+        }
+        let contacts = self.system.contacts.iter().zip(self.drives(0.0));
+        contacts
+            .map(|(contact, [drive, _])| contact.law.pace(drive))
+            .fold(0.0, f64::max)
+    }
+
+    /// The variables y at t = 0 with the slip velocities at which friction balances the load, where there is no mass.
+    ///
+    /// Newton's method in the variable u of each law, in which friction is a line: the load of the dampers bends upwards from
+    /// rest, so that it comes down to the solution.
+    pub fn balanced(&self, y: Vec<f64>) -> Vec<f64> {
+        let n = self.masses();
+        if self.inverse.is_some() {
+            return y;
+        }
+        let (mut y, drives) = (y, self.drives(0.0));
+        let mut u = self.regular(y.clone());
+        for _ in 0..MOST_ROUNDS {
+            let motion = self.motion_on(&drives, 0.0, &y, Some((&u, STEEPEST)));
+            let (mut matrix, mut left) = (vec![0.0; n * n], vec![0.0; n]);
+            for Steep { contact, slip, state } in &self.steep {
+                let Contact { mass: j, law, .. } = &self.system.contacts[*contact];
+                let rates = &motion.rate[state.start - 2 * n..state.end - 2 * n];
+                let [slope, _] = law.slip_variable_slopes(u[*slip], &y[state.clone()], rates, STEEPEST);
+                for i in 0..n {
+                    matrix[i * n + slip - n] = self.system.damping[i][*j] / slope;
+                }
+                matrix[j * n + slip - n] += law.direct_effect();
+            }
+            left.copy_from_slice(&motion.load);
+            let Some(pivots) = factor(&mut matrix, n) else {
+                break;
+            };
+            solve(&matrix, &pivots, &mut left);
+            let mut settled = true;
+            for (u, step) in u[n..2 * n].iter_mut().zip(&left) {
+                let before = *u;
+                *u -= step;
+                settled &= (*u - before).abs() <= 4.0 * f64::EPSILON * u.abs();
+            }
+            y = self.natural(&u);
+            if settled {
+                break;
+            }
+        }
+        y
     }
 
     /// The stroboscopic section where there is forcing, else the maxima of x.
@@ -311,8 +388,9 @@ impl StateSystem {
         self.motion_on(&self.drives(t), t, y, None)
     }
 
-    /// With the variables of [`StateSystem::regular`] friction is told by them: at rest w may be too small for a number.
-    fn motion_on(&self, drives: &[[f64; 2]], t: f64, y: &[f64], regular: Option<&[f64]>) -> Motion {
+    /// With the variables of [`StateSystem::regular`] friction is told by them: at rest w may be too small for a number. With
+    /// them comes the most that ∂u/∂w may be.
+    fn motion_on(&self, drives: &[[f64; 2]], t: f64, y: &[f64], regular: Option<(&[f64], f64)>) -> Motion {
         let n = self.masses();
         let (x, q, z) = (&y[..n], &y[n..2 * n], &y[2 * n..]);
         let contacts = &self.system.contacts;
@@ -349,7 +427,7 @@ impl StateSystem {
                 z = others;
                 let steep = || self.steep.iter().find(|steep| steep.contact == c);
                 let force = match regular.zip(steep()) {
-                    Some((regular, steep)) => {
+                    Some(((regular, _), steep)) => {
                         contact.law.at_slip_variable(regular[steep.slip], own, rates)[1]
                     }
                     None => contact.law.rates(w, own, rates),
@@ -381,16 +459,82 @@ impl StateSystem {
         for (i, load) in load.iter_mut().enumerate() {
             *load -= dot(&self.system.damping[i], &v) + dot(&self.system.stiffness[i], x);
         }
-        let a: Vec<f64> = (0..n).map(|i| dot(self.inverse.row(i), &load)).collect();
-        let slip_acceleration = (0..contacts.len()).map(|c| self.across(c, drives[c][1], &a));
-        Motion {
-            slip_acceleration: slip_acceleration.collect(),
+        let mut motion = Motion {
+            slip_acceleration: Vec::new(),
+            a: Vec::new(),
             v,
-            a,
             w,
             force,
             rate,
+            load,
+        };
+        if let Some(inverse) = &self.inverse {
+            motion.a = (0..n).map(|i| dot(inverse.row(i), &motion.load)).collect();
+            let across = (0..contacts.len()).map(|c| self.across(c, drives[c][1], &motion.a));
+            motion.slip_acceleration = across.collect();
+        } else {
+            motion.slip_acceleration = self.balancing(drives, clock, y, regular, &motion);
+            motion.a = vec![0.0; n];
+            for (contact, (drive, w)) in contacts.iter().zip(drives.iter().zip(&motion.slip_acceleration)) {
+                motion.a[contact.mass] = drive[1] - w;
+            }
         }
+        motion
+    }
+
+    /// The slip accelerations that keep friction and load in balance: ẇ of dL/dt = −L/τ, where dF/dt = F' (ẇ ∂u/∂w + …).
+    fn balancing(
+        &self,
+        drives: &[[f64; 2]],
+        clock: Clock,
+        y: &[f64],
+        regular: Option<(&[f64], f64)>,
+        motion: &Motion,
+    ) -> Vec<f64> {
+        let (n, system) = (self.masses(), &self.system);
+        let fades = BALANCES * self.natural_frequency();
+        let mut right: Vec<f64> = (0..n)
+            .map(|i| dot(&system.stiffness[i], &motion.v) - fades * motion.load[i])
+            .collect();
+        for push in &system.forcing {
+            right[push.mass] -= push.frequency * push.harmonic().quadratures(clock).1;
+        }
+        for spring in &system.springs {
+            let across = |values: &[f64]| values[spring.mass] - spring.other.map_or(0.0, |i| values[i]);
+            let displacement = across(y);
+            let force = spring.slope(spring.piece(displacement), displacement) * across(&motion.v);
+            right[spring.mass] += force;
+            if let Some(other) = spring.other {
+                right[other] -= force;
+            }
+        }
+        let mut matrix = vec![0.0; n * n];
+        for Steep { contact, slip, state } in &self.steep {
+            let Contact { mass, law, .. } = &system.contacts[*contact];
+            let (z, rates) = (
+                &y[state.clone()],
+                &motion.rate[state.start - 2 * n..state.end - 2 * n],
+            );
+            let (u, most) = match regular {
+                Some((regular, most)) => (regular[*slip], most),
+                None => (law.slip_variable(y[*slip], z), STEEPEST),
+            };
+            let [slope, more] = law.slip_variable_slopes(u, z, rates, most);
+            for i in 0..n {
+                let damping = system.damping[i][*mass];
+                matrix[i * n + contact] = damping;
+                right[i] += damping * drives[*contact][1];
+            }
+            matrix[mass * n + contact] += law.direct_effect() * slope;
+            right[*mass] -= law.direct_effect() * more;
+        }
+        // One column a contact, as each mass has one.
+        if let Some(pivots) = factor(&mut matrix, n) {
+            solve(&matrix, &pivots, &mut right);
+        } else {
+            right.fill(f64::NAN);
+        }
+        right
     }
 
     /// Value and slope of the drive velocities.

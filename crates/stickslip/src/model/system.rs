@@ -18,7 +18,7 @@ use crate::spring::Spring;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct System<L = Law> {
-    /// The mass matrix M, symmetric and positive definite.
+    /// The mass matrix M, symmetric and positive definite; or zero, where friction of each mass balances the load on it.
     pub mass: Vec<Vec<f64>>,
     /// The stiffness matrix K.
     pub stiffness: Vec<Vec<f64>>,
@@ -186,7 +186,11 @@ impl<L: Checked + DeserializeOwned> System<L> {
                 finite(name, *value)?;
             }
         }
-        self.check_masses()?;
+        if self.is_massless() {
+            self.check_balance()?;
+        } else {
+            self.check_masses()?;
+        }
         for (index, contact) in self.contacts.iter().enumerate() {
             for mass in [Some(contact.mass), contact.other].into_iter().flatten() {
                 if mass >= n {
@@ -232,6 +236,22 @@ impl<L: Checked + DeserializeOwned> System<L> {
             spring.validate()?;
         }
         Ok(())
+    }
+
+    /// Check that friction of each mass balances the load on it, in one way.
+    fn check_balance(&self) -> Result<(), Error> {
+        let mut free = vec![true; self.masses()];
+        let each = self.contacts.iter().all(|contact| {
+            let law = contact.law.moves_no_mass() && contact.normal_force.is_none();
+            law && contact.other.is_none() && free.get_mut(contact.mass).is_some_and(std::mem::take)
+        });
+        if each && !free.contains(&true) {
+            return Ok(());
+        }
+        wrong(
+            "mass may be 0 only where every mass rubs once, on a drive, under RateState without a normal force of its own: give a mass"
+                .into(),
+        )
     }
 
     /// Check that every force accelerates.

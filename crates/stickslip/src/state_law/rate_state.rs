@@ -170,7 +170,7 @@ impl StateFriction for RateState {
         if let Some(length) = self.second_length {
             rates[1] = self.rate(w.abs(), z[1]) / length;
         }
-        self.normal_force * self.a * self.slip_variable(w, z)
+        self.direct_effect() * self.slip_variable(w, z)
     }
 
     fn is_steep(&self) -> bool {
@@ -193,7 +193,11 @@ impl StateFriction for RateState {
         let grown = exp((u.abs() - self.exponent(z)).min(FASTEST));
         let speed = -self.reference_velocity * grown * exp_m1(-2.0 * u.abs());
         self.rates(speed, z, rates);
-        [speed.copysign(u), self.normal_force * self.a * u]
+        [speed.copysign(u), self.direct_effect() * u]
+    }
+
+    fn direct_effect(&self) -> f64 {
+        self.normal_force * self.a
     }
 
     /// exp((μ₀ + …)/a)/(2V₀ cosh u) and tanh u (b ψ̇ + b₂ ψ̇₂)/a.
@@ -201,6 +205,16 @@ impl StateFriction for RateState {
         let twice_cosh = u.abs() + ln_1p(exp(-2.0 * u.abs()));
         let slope = exp(self.exponent(z) - twice_cosh) / self.reference_velocity;
         [slope.min(most), tanh(u) * self.effect(rates) / self.a]
+    }
+
+    /// That of the shorter length; at rest, as at V₀.
+    fn pace(&self, w: f64) -> f64 {
+        let length = self.second_length.unwrap_or(f64::INFINITY).min(self.length);
+        (if w == 0.0 {
+            self.reference_velocity
+        } else {
+            w.abs()
+        }) / length
     }
 
     /// ψ = −ln(|w|/V₀); at rest, that of V₀.

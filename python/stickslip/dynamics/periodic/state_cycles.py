@@ -247,7 +247,14 @@ def finished(
 
 
 def sizes_of(orbit: StateOrbit, after: float = 0.0) -> Floats:
-    """What counts as large in each variable: its range along a motion, or, of one that does not change, its size."""
-    values = orbit.variables(np.linspace(after, orbit.t_end, 2001))
+    """What counts as large in each variable: its range along a motion, or, of one that does not change, its size.
+
+    Of a motion at rest, which may slip later, slip velocities count by the speed of the masses.
+    """
+    times = np.linspace(after, orbit.t_end, 2001)
+    values = orbit.variables(times)
     sizes = np.maximum(np.ptp(values, axis=0), 1e-6 * np.abs(values).max(axis=0))
+    v = orbit.to_xarray(times)["v"].to_numpy().reshape(times.size, -1)
+    velocities = slice(v.shape[1], 2 * v.shape[1])
+    sizes[velocities] = np.maximum(sizes[velocities], 1e-3 * np.abs(v).max())
     return np.where(sizes == 0, 1.0, sizes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -129,15 +130,18 @@ class StateFlow:
                 return self.rates(t, y)
 
             try:
-                run: Any = solve_ivp(  # type: ignore[call-overload, unused-ignore]
-                    rates,
-                    (t, t + duration),
-                    start,
-                    method=method,
-                    dense_output=True,
-                    rtol=self.tolerance,
-                    atol=self.tolerance * self.sizes,
-                )
+                with warnings.catch_warnings():
+                    # LSODA reports its failures as warnings; they come back as the reason.
+                    warnings.simplefilter("ignore")
+                    run: Any = solve_ivp(  # type: ignore[call-overload, unused-ignore]
+                        rates,
+                        (t, t + duration),
+                        start,
+                        method=method,
+                        dense_output=True,
+                        rtol=self.tolerance,
+                        atol=self.tolerance * self.sizes,
+                    )
             except _TooStiffError:
                 why = f"it takes more than {_MOST} evaluations; take a larger mass, or damping"
                 continue
