@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import LSODA, OdeSolution, solve_ivp
+from scipy.integrate import OdeSolution
 from scipy.optimize import brentq
 
 from stickslip import _core
@@ -21,6 +20,7 @@ from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Work
+from stickslip.simulation.solver import USUAL, Counted, Stalled, solved
 from stickslip.simulation.state_orbit import Mark, StateLayout, StateOrbit, masses_of, state_laws_of
 from stickslip.simulation.time_limit import TimeLimit
 
@@ -31,8 +31,6 @@ _SMALLEST = 100 * float(np.finfo(float).eps)
 _BALANCED = 1e-3
 #: What may be the reason where there is no mass.
 _RUNS_AWAY = "; without a mass or damping slip of a soft spring may become infinite in a finite time: give one of them"
-#: So many steps at one time lead nowhere.
-_IDLE = 1000
 
 
 def integrate(
@@ -128,21 +126,9 @@ def integrate(
         for node in item.drive_velocity.nodes
     ]
     edges = [0.0, *sorted({t for t in bends if 0 < t < end}), end]
-    spent = 0
-    allowed = max_evaluations
     before = end
-
-    def slope(t: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
-        nonlocal spent
-        spent += 1
-        if _core.halted():
-            # Signals come to the main thread alone, and this is another.
-            raise KeyboardInterrupt
-        if spent > allowed:
-            raise _Stalled(t)
-        # At a node of a drive the next piece of its table counts, which the step to the node must not see.
-        return core.regular_rates(min(t, before), np.ascontiguousarray(y), least)
-
+    # At a node of a drive the next piece of its table counts, which the step to the node must not see.
+    slope = Counted(lambda t, y: core.regular_rates(min(t, before), y, least), max_evaluations)
     up = math.inf
     limit = TimeLimit.after(max_seconds, "integrate")
 
@@ -156,41 +142,36 @@ def integrate(
     time_left.terminal = True  # type: ignore[attr-defined]
 
     pieces: list[Any] = []
-    # LSODA is the fastest by far, but may fail at the first step or crawl in its non-stiff half; Radau does neither. At a
-    # stop of rate-and-state friction any of them may miss a step, and then takes it where the stop is a little longer.
-    attempts = [(one, 1) for one in (("LSODA", "Radau") if method is None else (method,))]
+    # At a stop of rate-and-state friction any method may miss a step, and then takes it where the stop is a little longer.
+    attempts = [(one, 1) for one in (USUAL if method is None else (method,))]
     if core.is_steep:
         attempts += [(method or "LSODA", factor) for factor in (10, 100)]
     for attempt, factor in attempts:
         least = finest * factor
-        allowed = max_evaluations // 2 if method is None and not spent else max_evaluations
+        slope.most = max_evaluations // 2 if method is None and not slope.spent else max_evaluations
         pieces = []
         try:
             for low, high in itertools.pairwise(edges):
                 before = np.nextafter(high, low)
-                with warnings.catch_warnings():
-                    # LSODA reports its failures as warnings; they come back as the reason of the stop.
-                    warnings.simplefilter("ignore")
-                    piece = solve_ivp(
-                        slope,
-                        (low, high),
-                        pieces[-1].y[:, -1] if pieces else first,
-                        method=_LSODA if attempt == "LSODA" else attempt,  # type: ignore[arg-type, unused-ignore]
-                        dense_output=True,
-                        events=time_left,
-                        # The others take one relative error for all variables.
-                        rtol=np.maximum(tolerance * share, _SMALLEST) if attempt == "LSODA" else tolerance,
-                        atol=tolerance * scale,
-                    )  # type: ignore[call-overload, unused-ignore]
+                piece = solved(
+                    attempt,
+                    slope,
+                    (low, high),
+                    pieces[-1].y[:, -1] if pieces else first,
+                    events=time_left,
+                    # The others take one relative error for all variables.
+                    rtol=np.maximum(tolerance * share, _SMALLEST) if attempt == "LSODA" else tolerance,
+                    atol=tolerance * scale,
+                )
                 pieces.append(piece)
                 if piece.status != 0:
                     break
-        except (_Stalled, ValueError) as stopped:
+        except (Stalled, ValueError) as stopped:
             # A ValueError is of Radau and BDF, which solve no equations of what is no number.
-            came = stopped.t if isinstance(stopped, _Stalled) else low
-            if (attempt, factor) == attempts[-1] or spent > max_evaluations:
+            came = stopped.t if isinstance(stopped, Stalled) else low
+            if (attempt, factor) == attempts[-1] or slope.spent > max_evaluations:
                 raise InputError(
-                    f"integrate: {attempt} came to t = {came:g} in {min(spent, max_evaluations)} evaluations: take "
+                    f"integrate: {attempt} came to t = {came:g} in {min(slope.spent, max_evaluations)} evaluations: take "
                     f"another method, a looser tolerance, or raise max_evaluations{_RUNS_AWAY * core.is_massless}"
                 ) from None
             continue
@@ -209,27 +190,8 @@ def integrate(
         if len(mark.times) >= max_events and mark.times[max_events - 1] < last:
             last, stop = float(mark.times[max_events - 1]), "max_events"
     marks = [replace(mark, times=mark.times[mark.times <= last]) for mark in marks]
-    work = Work(events=sum(len(mark.times) for mark in marks), evaluations=spent)
+    work = Work(events=sum(len(mark.times) for mark in marks), evaluations=slope.spent)
     return StateOrbit(system, core, solution, marks, last, stop, work, start, v)
-
-
-class _Stalled(Exception):
-    """The evaluations that were allowed are spent."""
-
-    def __init__(self, t: float) -> None:
-        self.t = t
-
-
-class _LSODA(LSODA):
-    """LSODA without the steps that are shorter than its clock can tell, which scipy refuses to join."""
-
-    def _step_impl(self) -> tuple[bool, str | None]:
-        begun = self.t
-        for _ in range(_IDLE):
-            success, message = super()._step_impl()  # type: ignore[misc]
-            if not success or self.t != begun:
-                return success, message
-        raise _Stalled(begun)
 
 
 def _joined(pieces: Sequence[Any], method: str) -> OdeSolution:

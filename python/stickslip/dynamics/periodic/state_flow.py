@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from stickslip import _core
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
 from stickslip.errors import InputError
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
+from stickslip.simulation.solver import USUAL, Counted, Stalled, solved
 
 #: The relative error of a step, and the step of the differences that make the Jacobian, relative to the size of a variable.
 TOLERANCE, STEP = 1e-11, 1e-7
 #: So many evaluations a motion may take. What takes more is lost in the rounding of forces over a tiny mass, and would fill
 #: the memory, as each of its steps is kept.
 _MOST = 200_000
-#: Integrators, the next where one fails.
-_METHODS = ("LSODA", "Radau")
 #: Gauss's method of two stages on (0, 1): nodes, weights within a step.
 _ROOT = math.sqrt(3.0) / 6
 _NODES = np.array([0.5 - _ROOT, 0.5 + _ROOT])
@@ -121,38 +116,18 @@ class StateFlow:
         return np.asarray(run.y[:, -1]), columns * self.sizes[:, None]
 
     def _run(self, start: Floats, t: float, duration: float) -> Any:
-        for method in _METHODS:
-            evaluations = itertools.count()
-
-            def rates(t: float, y: Floats, count: Iterator[int] = evaluations) -> Floats:
-                if next(count) > _MOST:
-                    raise _TooStiffError
-                return self.rates(t, y)
-
+        for method in USUAL:
+            rates = Counted(self.rates, _MOST)
+            options = {"rtol": self.tolerance, "atol": self.tolerance * self.sizes}
             try:
-                with warnings.catch_warnings():
-                    # LSODA reports its failures as warnings; they come back as the reason.
-                    warnings.simplefilter("ignore")
-                    run: Any = solve_ivp(  # type: ignore[call-overload, unused-ignore]
-                        rates,
-                        (t, t + duration),
-                        start,
-                        method=method,
-                        dense_output=True,
-                        rtol=self.tolerance,
-                        atol=self.tolerance * self.sizes,
-                    )
-            except _TooStiffError:
+                run = solved(method, rates, (t, t + duration), start, **options)
+            except Stalled:
                 why = f"it takes more than {_MOST} evaluations; take a larger mass, or damping"
                 continue
             if run.status == 0 and np.isfinite(run.y[:, -1]).all():
                 return run
             why = f"{run.message.rstrip('.').lower()}; take another start"
         raise InputError(f"the motion could not be integrated from t = {t:g} over {duration:g}: {why}")
-
-
-class _TooStiffError(Exception):
-    """More evaluations than a motion may take."""
 
 
 def _slopes(core: _core.StateSystem, t: Floats, y: Floats) -> Floats:
