@@ -146,7 +146,7 @@ def test_forced_slip_without_events_is_found_where_it_attracts_and_where_it_repe
     if position == 0.0:
         # Another law has another line of friction.
         slower = replace(system, law=ss.laws.Coulomb(0.7))
-        with pytest.raises(ss.InputError, match="without events nothing passes a change of the law on"):
+        with pytest.raises(ss.InputError, match="slips without events, and nothing passes a change of its law on"):
             ss.continuation(system, "law.kinetic", (0.7, 0.9), guess=cycle, seeds=0)
         assert ss.periodic_orbit(slower, cycle).orbit.at(0.0)[0] == pytest.approx(x - 0.1, abs=1e-9)
         assert ss.periodic_orbit(slower, cycle).multipliers == pytest.approx(cycle.multipliers)

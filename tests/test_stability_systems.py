@@ -335,3 +335,43 @@ def test_a_chain_that_drifts_is_no_periodic_orbit() -> None:
     run = settled(system, 12_000.0)
     with pytest.raises(ss.InputError, match=r"the motion drifts by 2\.7e-04 of its size a period"):
         ss.periodic_orbit(system, run)
+
+
+@pytest.mark.parametrize(
+    ("law", "forcing"),
+    [
+        (ss.laws.StaticKinetic(1.0, 0.9), ()),
+        (ss.laws.PiecewiseLinear(((0.0, 0.9), (2.0, 0.82)), 1.0), ()),
+        (ss.laws.StaticKinetic(1.0, 0.9), ss.Force(0.2, 1.3, mass=1)),
+    ],
+    ids=["level", "falling", "forced"],
+)
+def test_a_mass_that_slips_for_ever_keeps_the_friction_of_its_law(law: ss.laws.Law, forcing: object) -> None:
+    contacts = [ss.Contact(0, ss.laws.StaticKinetic(1.0, 0.4), 0.3), ss.Contact(1, law, 0.3)]
+    system = ss.System([1, 1], [[2.5, -1.5], [-1.5, 2.5]], 0.1, contacts, forcing)
+    run = ss.simulate(system, 40 * 2 * math.pi / 1.3 * 6)
+    assert set(run.events["contact"][-20:]) == {0}
+    cycle = ss.periodic_orbit(system)
+    again = ss.simulate(from_section(system, cycle.state[0]), cycle.period, *cycle.orbit.at(0.0))
+    assert np.concatenate(again.at(cycle.period)) == pytest.approx(np.concatenate(cycle.orbit.at(0.0)), abs=1e-10)
+    # The run settles on the same motion.
+    times = run.t_end - np.linspace(0, 3 * cycle.period, 400)
+    assert np.ptp(run.at(times)[0][:, 0]) == pytest.approx(
+        np.ptp(again.at(np.linspace(0, cycle.period, 400))[0][:, 0]), rel=1e-3
+    )
+    differences = multipliers_by_differences(cycle, 1e-6)
+    known = cycle.multipliers[np.abs(cycle.multipliers) > 1e-2]
+    assert max(np.abs(value - differences).min() for value in known) < 1e-6
+    assert np.sum(np.abs(known - 1) < 1e-6) == (0 if forcing else 1)
+
+
+def test_masses_that_leave_at_one_time_are_followed_from_a_start_beside_theirs() -> None:
+    contacts = [
+        ss.Contact(0, ss.laws.StaticKinetic(1.0, 0.69), 0.47),
+        ss.Contact(1, ss.laws.StaticKinetic(1.0, 0.4), 0.47),
+    ]
+    system = ss.System([1, 1], [[1.4, -0.4], [-0.4, 1.4]], 0.043, contacts)
+    # Steady slip attracts, too; a start far from rest leads there.
+    cycle, exponents = ss.periodic_orbit(system), ss.lyapunov(system, 2000.0)
+    assert set(ss.simulate(system, 500.0).events["contact"][-8:]) == {0, 1}
+    assert exponents.exponents[:2] == pytest.approx([0.0, math.log(abs(cycle.multipliers[1])) / cycle.period], abs=1e-3)

@@ -422,14 +422,15 @@ def unlike(system: Oscillator | System) -> list[tuple[Any, Any]]:
     """Starts on the drive in which no two masses are at the same position, for a system of several."""
     if isinstance(system, Oscillator) or system.masses == 1:
         return []
-    # Spread evenly, whatever the number of masses, over what a tenth or all of the static friction displaces one of them.
+    # Spread evenly, whatever the number of masses, over what a tenth or all of the static friction displaces one of them, and
+    # last beside the start on the drive itself.
     shares = np.arange(system.masses) * ((5**0.5 - 1) / 2) % 1.0
     rate = 2 * math.pi / system.natural_period
     displaced = max(
         float(np.max(contact.law.break_away_force())) / (system.mass[contact.mass][contact.mass] * rate**2)
         for contact in system.contacts
     )
-    return [(part * displaced * shares, None) for part in (0.1, 1.0)]
+    return [(part * displaced * shares, None) for part in (0.1, 1.0, 1e-3)]
 
 
 def _closed(

@@ -136,8 +136,8 @@ def lyapunov(
     check(system, "lyapunov")
     starts: list[tuple[Any, Any]] = [(x0, v0)]
     if x0 is None and v0 is None:
-        # Masses that begin alike may move alike, at the edge of the motions that a disturbance leads to.
-        starts += unlike(system)
+        # Masses that begin alike may move alike, at the edge of the motions that a disturbance leads to; the least one first.
+        starts += reversed(unlike(system))
     refusals = []
     for x, v in starts:
         try:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, STATE, EventSequence, Floats, Table, layout_of, read
+from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, Table, layout_of, read
 from stickslip.errors import InputError
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
@@ -113,16 +113,15 @@ def return_of(sequence: EventSequence, forcing_periods: int, path: str | None = 
     unit = np.eye(len(coordinates), dtype=bool)
     alone = ~(depends & ~unit).any(axis=1) & ~(depends & ~unit).any(axis=0)
     idle = alone & (np.diag(within) == 1)
-    # The line of friction of a motion without events is that of the law, and no unknown.
-    line = np.isin(coordinates, [STATE.index("offset"), STATE.index("slope")])
-    given = (
-        line & isinstance(sequence.system, Oscillator) & ~(depends & ~unit).any(axis=1) & (np.diag(within) == 1) & ~idle
-    )
-    if given.any() and path is not None and "law" in path.split("/"):
-        raise InputError(
-            "continuation: along a motion without events nothing passes a change of the law on: continue over a number of "
-            "the drive, the forcing or the structure, or look for the orbit anew at each value"
-        )
+    # The line of friction of a contact that has no events is that of the law, and no unknown.
+    lines = sequence.layout.contact_coordinates(["offset", "slope"])
+    given = np.isin(coordinates, lines) & ~(depends & ~unit).any(axis=1) & (np.diag(within) == 1) & ~idle
+    for contact in np.flatnonzero(np.isin(lines, coordinates[given]).any(axis=1)):
+        if path is not None and path.startswith(("/law/", f"/contacts/{contact}/law/")):
+            raise InputError(
+                f"continuation: contact {contact} slips without events, and nothing passes a change of its law on: continue "
+                "over a number of the drive, the forcing or the structure, or look for the orbit anew at each value"
+            )
     idle |= given
     # Where forcing keeps time the orbit closes in time, too.
     written = ~depends.any(axis=1) & (coordinates != _T)
