@@ -381,6 +381,11 @@ def event_cycle(
             "periodic_orbit: the run from the guess has no two returns: it leaves the orbit, comes to rest or slips "
             "steadily; give a guess nearer to the orbit, or a longer t_end"
         )
+    if settles and "does not end on phase" in str(clearest):
+        raise InputError(
+            "periodic_orbit: the motion from rest does not settle, and two motions beside each other part too soon to follow "
+            "its events: it may be chaotic (lyapunov tells); for an orbit within it give a guess (x, v)"
+        )
     if settles and not str(clearest).startswith("periodic_orbit"):
         raise InputError(f"{clearest}: the motion from rest is meant; for an orbit elsewhere give a guess (x, v)")
     raise clearest
