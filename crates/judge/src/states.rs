@@ -67,6 +67,7 @@ pub fn judge_report(problem: &Problem<StateLaw>, report: &StateReport) -> Verdic
             problem,
             report,
             verdict: &mut verdict,
+            allowed: vec![1.0; report.rows.len()],
         }
         .follow();
     } else {
@@ -81,6 +82,8 @@ struct Judge<'a> {
     equations: &'a Equations<'a>,
     march: March<'a>,
     verdict: &'a mut Verdict,
+    /// How many times more the error of each step may be.
+    allowed: Vec<f64>,
 }
 
 impl Judge<'_> {
@@ -150,11 +153,10 @@ impl Judge<'_> {
                 let told: Vec<f64> = told.map(|change| change.t).collect();
                 for &t in &told {
                     self.verdict.events += 1;
-                    self.march.deepest = 0;
                     let value = of(&self.at(t)?);
-                    let after = report.rows.partition_point(|row| row.t <= t);
-                    let pair = report.rows.get(after.max(1) - 1..=after);
-                    let more = self.more(pair.unwrap_or_default());
+                    let before = report.rows.partition_point(|row| row.t < t);
+                    let more = before.checked_sub(1).and_then(|step| self.allowed.get(step));
+                    let more = more.copied().unwrap_or(1.0);
                     let rounding = 4.0 * f64::EPSILON * t * self.rate(t, c, slip)?.abs();
                     self.find(
                         format!("{name} where it changes its sign"),
@@ -365,7 +367,9 @@ impl Judge<'_> {
             middle = Some((row, y.clone()));
         }
         y = self.march.on([t, pair[1].t], &y)?;
-        let more = self.more(pair);
+        let cornered = self.march.deepest >= HALVED || self.corner(pair);
+        let more = if cornered { CORNER } else { 1.0 };
+        self.allowed[index] = more;
         self.compare("step", pair[1].t, [&y, &to, &from], sizes, more * ESTIMATES);
         if let Some((row, y)) = middle {
             let told = self.variables(row);
@@ -380,20 +384,8 @@ impl Judge<'_> {
         Some(())
     }
 
-    /// How many times more the error between two rows may be, after the march between them.
-    fn more(&self, pair: &[Row]) -> f64 {
-        if self.march.deepest >= HALVED || self.corner(pair) {
-            CORNER
-        } else {
-            1.0
-        }
-    }
-
     /// Whether |w| or a normal force that is never below zero has its corner between two rows.
     fn corner(&self, pair: &[Row]) -> bool {
-        if pair.len() < 2 {
-            return false;
-        }
         let turned = |of: &dyn Fn(&Row, usize) -> f64, c: usize| of(&pair[0], c) * of(&pair[1], c) <= 0.0;
         (0..self.problem.contacts.len()).any(|c| {
             turned(&|row, c| row.w[c], c)
