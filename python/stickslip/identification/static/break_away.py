@@ -596,7 +596,10 @@ def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
     variance = robust_scale(own / sigma) ** 2 * count / max(count - free, 1)
     order = np.argsort(rows["t"].to_numpy() + 1e9 * rows["record"].to_numpy(), kind="stable")
     order = np.append(order, np.arange(count, count + len(high)))
-    covariance, freedom = correlated_covariance(found.jacobian[order], found.residuals[order], max(variance, 1e-24))
+    # What the scatter says of the errors is said of those that each has alone: what is common to them is known beforehand.
+    scale = math.sqrt(max(variance, 1e-24))
+    jacobian, rest = (_with_errors(of, columns, scale) for of in (found.jacobian, found.residuals))
+    covariance, freedom = correlated_covariance(jacobian[order], rest[order], 1.0)
     covariance[np.diag_indices(free)] += np.where(_undetermined(found.jacobian), math.inf, 0.0)
     if form.names[0] == "f0":
         covariance[0, 0] += zero**2
@@ -655,6 +658,15 @@ def approach(limit: Callable[[Array, Array], Array], time: Array, rate: Array) -
 def _shares(together: Array) -> Array:
     """Of residuals of unit variance, how much of each column is likeliest in them, each beforehand 0 ± 1: (columns, n)."""
     return np.asarray(np.linalg.solve(together.T @ together + np.eye(together.shape[1]), together.T))
+
+
+def _with_errors(rows: Array, columns: Array, scale: float) -> Array:
+    """The rows of a misfit with columns in common, `scale` times as large an error of each row alone."""
+    count = len(columns)
+    alone = (rows[:count] + columns @ rows[count:]) / scale
+    columns = columns / scale
+    high = _shares(columns) @ alone
+    return np.concatenate([alone - columns @ high, high])
 
 
 def _undetermined(jacobian: Array) -> npt.NDArray[np.bool_]:
