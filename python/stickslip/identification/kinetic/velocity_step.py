@@ -130,31 +130,34 @@ def fit_velocity_step(
     scale = np.array([0.1, 0.1 * guess_b, 0.2, 0.3, 1e-3, 1e-3 / float(np.ptp(position)), 0.2 * fade / speeds[1]])
     within = np.array([4.0, 10 * guess_a, 4.0, 5.0, 0.1, 1e3 * scale[5], 10 * fade / speeds[1]])
 
-    def fit(form: str, drifts: bool) -> Minimum:
-        reach = within if drifts else np.where(np.arange(STEP) == DRIFT, 1e-12, within)
+    def fit(form: str, drifting: Minimum | None = None) -> Minimum:
+        """The least misfit; without a drift the one beside that with it."""
+        reach = within if drifting is None else np.where(np.arange(STEP) == DRIFT, 1e-12, within)
 
         def rest(numbers: Array) -> Array:
             return (measured - _model(numbers, form, t, position, speeds)) * weight
 
-        one = minimize(rest, [start], (start - reach, start + reach), scale=scale, step=1e-4, evaluations=60)
-        if states == 1:
-            return one
-        # Half of the effect to each length, the other a quarter of the one that fits alone or four times as long.
-        half = np.where(np.arange(STEP) == 1, 0.5, 1.0) * one.vector
-        starts = [np.concatenate([half, [half[1], half[2] + by]]) for by in (-math.log(4), math.log(4))]
+        starts = [start if drifting is None else drifting.vector]
+        if states == 1 or drifting is None:
+            one = minimize(rest, starts, (start - reach, start + reach), scale=scale, step=1e-4, evaluations=60)
+            if states == 1:
+                return one
+            # Half of the effect to each length, the other a quarter of the one that fits alone or four times as long.
+            half = np.where(np.arange(STEP) == 1, 0.5, 1.0) * one.vector
+            starts = [np.concatenate([half, [half[1], half[2] + by]]) for by in (-math.log(4), math.log(4))]
         size, more = (np.concatenate([values, values[1:3]]) for values in (scale, reach))
         middle = np.concatenate([start, [0.0, start[2]]])
         found = minimize(rest, starts, (middle - more, middle + more), scale=size, step=1e-4, evaluations=120)
         return _longer_first(found)
 
-    found = {form: fit(form, True) for form in ("aging", "slip")}
+    found = {form: fit(form) for form in ("aging", "slip")}
     rms = {
         form: float(np.sqrt(np.average((one.residuals / weight) ** 2, weights=weight**2)))
         for form, one in found.items()
     }
     form = min(found, key=lambda name: float(found[name].cost))
     numbers = found[form].vector
-    parameters, covariance = _table(found[form], fit(form, False).vector)
+    parameters, covariance = _table(found[form], fit(form, found[form]).vector)
     values = parameters["value"]
     load = float(tree["normal_force"].median()) if "normal_force" in tree.variables else 1.0
     law = RateState(
