@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -51,6 +51,8 @@ FAR_APART = 2
 NEAR = 4.0
 """Forms whose criterion is within this of the lowest do as well: the likelihoods differ by less than e² for one number."""
 EVALUATIONS = 150
+ROUGH, FINE = 1e-7, 1e-8
+"""Relative tolerances of the rounds that find the weights of the rows, and of the last."""
 """Most evaluations of a form in each of the four rounds of its fit, from each starting point."""
 APPROACH = (0.02, 2.0)
 """Least and greatest approach of load and limit of a stick, over the rise of the load."""
@@ -565,17 +567,16 @@ def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
     starts = [np.array(start) for start in (form.start, *form.others)]
     on_line = rows["on_line"].to_numpy()
     aside = np.minimum(_aside_of_the_line(rows), stated)
+    beside = Beside.of(time, rate)
 
     def in_errors(numbers: Array, sigma: Array) -> Array:
-        limit = partial(form.at, numbers)
-        nearing = np.where(on_line, approach(limit, time, rate), 1.0)
-        return np.asarray(
-            (force - limit(time, rate)) / np.hypot(nearing * np.sqrt(np.maximum(sigma**2 - aside**2, 0.0)), aside)
-        )
+        limit, nearing = beside.approach(partial(form.at, numbers))
+        along = np.where(on_line, nearing, 1.0) * np.sqrt(np.maximum(sigma**2 - aside**2, 0.0))
+        return np.asarray((force - limit) / np.hypot(along, aside))
 
     least = 1e-12 * float(np.abs(force).max()) or 1.0
     sigma = np.full(len(force), max(robust_scale(force - np.median(force)), least))
-    for _ in range(4):
+    for tolerance in (*(3 * [ROUGH]), FINE):
         columns = together / sigma[:, None]
         share = _shares(columns)
 
@@ -584,7 +585,7 @@ def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
             high = share @ rest
             return np.concatenate([rest - columns @ high, high])
 
-        found = minimize(misfit, starts, outlier=OUTLIER, evaluations=EVALUATIONS)
+        found = minimize(misfit, starts, outlier=OUTLIER, evaluations=EVALUATIONS, tolerance=tolerance)
         starts = [found.vector]
         off = in_errors(found.vector, sigma)
         high = share @ off
@@ -643,16 +644,29 @@ def _aside_of_the_line(rows: pd.DataFrame) -> Array:
     return np.asarray(np.sqrt(square.clip(lower=0.0)), float)
 
 
-def approach(limit: Callable[[Array, Array], Array], time: Array, rate: Array) -> Array:
-    """How fast the load of a stick nears its limit f_s(t_s, δ), over how fast the load rises: 1 − f_s′/δ, within `APPROACH`.
+@dataclass(frozen=True)
+class Beside:
+    """Sticks at their stick times t_s and a little beside them, for the slope of a limit; shapes (3, n) and (n,)."""
 
-    A stick that is stronger by r, or is seen to end too late by r/δ, breaks away r / (1 − f_s′/δ) higher up its loading line,
-    as the limit grows while the load goes on to meet it. 1 where no rate is known.
-    """
-    h = 1e-3 * time
-    slope = (limit(time + h, rate) - limit(time - h, rate)) / (2 * h)
-    with np.errstate(over="ignore"):  # it is cut off
-        return np.asarray(np.nan_to_num(np.clip(1 - slope / np.maximum(rate, 1e-300), *APPROACH), nan=1.0))
+    time: Array
+    rate: Array
+
+    @classmethod
+    def of(cls, time: Array, rate: Array) -> Self:
+        """Of stick times and force rates, shape (n,)."""
+        return cls(np.stack([time, time + 1e-3 * time, time - 1e-3 * time]), rate)
+
+    def approach(self, limit: Callable[[Array, Array], Array]) -> tuple[Array, Array]:
+        """f_s(t_s, δ), and how fast the load of a stick nears it, over how fast the load rises: 1 − f_s′/δ, within `APPROACH`.
+
+        A stick that is stronger by r, or is seen to end too late by r/δ, breaks away r / (1 − f_s′/δ) higher up its loading
+        line, as the limit grows while the load goes on to meet it. 1 where no rate is known.
+        """
+        here, after, before = limit(self.time.ravel(), np.tile(self.rate, 3)).reshape(3, -1)
+        slope = (after - before) / (2e-3 * self.time[0])
+        with np.errstate(over="ignore"):  # it is cut off
+            nearing = np.clip(1 - slope / np.maximum(self.rate, 1e-300), *APPROACH)
+        return here, np.where(np.isnan(nearing), 1.0, nearing)
 
 
 def _shares(together: Array) -> Array:
