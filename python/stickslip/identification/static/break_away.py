@@ -657,7 +657,7 @@ class Beside:
         return cls(np.stack([time, time + 1e-3 * time, time - 1e-3 * time]), rate)
 
     def approach(self, limit: Callable[[Array, Array], Array]) -> tuple[Array, Array]:
-        """f_s(t_s, δ), and how fast the load of a stick nears it, over how fast the load rises: 1 − f_s′/δ, within `APPROACH`.
+        """f_s(t_s, δ), and how fast the load of a stick nears it over how fast it rises: 1 − f_s′/δ, within `APPROACH`.
 
         A stick that is stronger by r, or is seen to end too late by r/δ, breaks away r / (1 − f_s′/δ) higher up its loading
         line, as the limit grows while the load goes on to meet it. 1 where no rate is known.
