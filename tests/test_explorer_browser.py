@@ -117,8 +117,11 @@ def test_a_handle_follows_the_hand_and_the_arrow_keys(opened):
     assert opened.run("explorer.state.system.law.D") == pytest.approx([after[0], after[1] + 0.01])
 
 
-def test_every_law_has_rings_and_each_moves_what_it_is_of(opened):
-    for law in opened.run("Object.keys(explorer.data.laws)"):
+@pytest.mark.parametrize(
+    "laws", [("TwoBranch", "ExponentialStribeck", "LuGre"), pytest.param((), marks=pytest.mark.slow, id="all")]
+)
+def test_every_law_has_rings_and_each_moves_what_it_is_of(opened, laws):
+    for law in laws or opened.run("Object.keys(explorer.data.laws)"):
         opened.run(f"explorer.change([['system.law', explorer.data.laws['{law}'].example]])")
         opened.run(FRAME)
         keys = opened.run("[...document.querySelectorAll('.handle:not([hidden])')].map((one) => one.dataset.key)")

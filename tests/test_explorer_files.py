@@ -99,7 +99,10 @@ def fitted(browser):
 @pytest.mark.parametrize(
     ("preset", "free", "slack"),
     # Where a forced slip turns between two samples the force rate of the turn is a little off.
-    [("stick-slip", ["B.1", "phi", "psi", "static_friction.limit"], 1e-6), ("forced", ["B.1", "phi"], 1e-2)],
+    [
+        ("stick-slip", ["B.1", "phi", "psi", "static_friction.limit"], 1e-6),
+        pytest.param("forced", ["B.1", "phi"], 1e-2, marks=pytest.mark.slow),
+    ],
 )
 def test_a_record_dropped_on_the_page_gives_its_law_back(opened, preset, free, slack):
     opened.run(f"explorer.open('#{preset}')")
@@ -192,7 +195,7 @@ def test_a_saved_page_that_is_dropped_brings_its_motion_and_its_records(opened, 
     assert facts(opened) == said
 
 
-@pytest.mark.parametrize("drift", [0.0, 0.5])
+@pytest.mark.parametrize("drift", [pytest.param(0.0, marks=pytest.mark.slow), 0.5])
 def test_a_friction_file_that_is_dropped_is_the_record_that_the_command_puts_in(opened, tmp_path, drift):
     examples = Path(ss.__file__).parent / "examples"
     friction = tmp_path / "friction.nc"

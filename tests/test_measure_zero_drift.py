@@ -34,8 +34,17 @@ def forms(share, kind, count):
     return whole * {"line": u, "fading": (1 - np.exp(-3 * u)) / (1 - np.exp(-3)), "to and fro": np.sin(np.pi * u)}[kind]
 
 
-@pytest.mark.parametrize("kind", ["line", "fading", "to and fro"])
-@pytest.mark.parametrize("share", [0.02, 0.1])
+@pytest.mark.parametrize(
+    ("share", "kind"),
+    [
+        (0.02, "line"),
+        (0.1, "to and fro"),
+        *(
+            pytest.param(share, kind, marks=pytest.mark.slow)
+            for share, kind in [(0.1, "line"), (0.02, "fading"), (0.1, "fading"), (0.02, "to and fro")]
+        ),
+    ],
+)
 def test_a_drift_of_the_zero_is_said_with_its_size_and_held_by_the_intervals(clean, kind, share):
     friction = measured(clean + forms(share, kind, len(clean)), 21)
     (note,) = said(friction)
