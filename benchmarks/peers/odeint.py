@@ -22,7 +22,16 @@ LONG = 20
 def _program(*flags: str) -> str:
     target = Path(tempfile.mkdtemp(prefix="stickslip-bench-")) / "odeint"
     source = Path(__file__).with_name("odeint.cpp")
-    subprocess.run(["g++", "-std=gnu++20", "-O3", *flags, str(source), "-o", str(target), "-lquadmath"], check=True)
+    command = ["g++", "-std=gnu++20", "-O3", *flags, str(source), "-o", str(target), "-lquadmath"]
+    try:
+        subprocess.run(command, check=True, capture_output=True, text=True)
+    except FileNotFoundError:
+        raise SystemExit("benchmarks: expected the compiler g++; install it (Debian: g++)") from None
+    except subprocess.CalledProcessError as error:
+        said = error.stderr.splitlines()[0]
+        raise SystemExit(
+            f"benchmarks: {source.name} was not compiled ({said}); it needs Boost's headers (Debian: libboost-dev)"
+        ) from None
     return str(target)
 
 

@@ -174,8 +174,8 @@ pub trait Checked {
     /// Where what it remembers is a force.
     fn check_scaled(&self) -> Result<(), Error>;
 
-    /// Whether friction grows with w at once whatever the state is, so that it balances the load on a body without mass.
-    fn moves_no_mass(&self) -> bool {
+    /// Whether friction grows with w whatever the state is, so that it balances the load on a body without mass at one slip velocity.
+    fn balances_load(&self) -> bool {
         false
     }
 }

@@ -57,7 +57,7 @@ impl Checked for StateLaw {
         Ok(())
     }
 
-    fn moves_no_mass(&self) -> bool {
+    fn balances_load(&self) -> bool {
         self.direct_effect() > 0.0
     }
 }

@@ -75,7 +75,7 @@ impl<L: Checked + DeserializeOwned> Oscillator<L> {
     /// # Errors
     /// The first value that makes no sense.
     pub fn validate(&self) -> Result<(), Error> {
-        if !(self.mass == 0.0 && self.law.moves_no_mass()) {
+        if !(self.mass == 0.0 && self.law.balances_load()) {
             positive("mass", self.mass)?;
         }
         positive("stiffness", self.stiffness)?;

@@ -242,7 +242,7 @@ impl<L: Checked + DeserializeOwned> System<L> {
     fn check_balance(&self) -> Result<(), Error> {
         let mut free = vec![true; self.masses()];
         let each = self.contacts.iter().all(|contact| {
-            let law = contact.law.moves_no_mass() && contact.normal_force.is_none();
+            let law = contact.law.balances_load() && contact.normal_force.is_none();
             law && contact.other.is_none() && free.get_mut(contact.mass).is_some_and(std::mem::take)
         });
         if each && !free.contains(&true) {
