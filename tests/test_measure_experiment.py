@@ -179,7 +179,13 @@ def test_a_run_that_is_stopped_leaves_no_process_and_goes_on_later(tmp_path, how
     document = tmp_path / "experiment.toml"
     document.write_text(f'records = ["*.csv"]\nlaw = ""\nworkers = 1\n[rig]\n{rig}\n')
     command = [sys.executable, "-m", "stickslip", "run", str(document)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True) as process:
+
+    def attend():
+        # what runs behind a shell's & is deaf to Ctrl-C, and so would be what it starts
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    child = subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True, preexec_fn=attend)
+    with child as process:
         process.stderr.readline()  # the first is finished
         process.send_signal(getattr(signal, how))
         process.wait()
