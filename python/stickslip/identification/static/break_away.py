@@ -51,9 +51,9 @@ FAR_APART = 2
 NEAR = 4.0
 """Forms whose criterion is within this of the lowest do as well: the likelihoods differ by less than e² for one number."""
 EVALUATIONS = 150
-ROUGH, FINE = 1e-7, 1e-8
-"""Relative tolerances of the rounds that find the weights of the rows, and of the last."""
 """Most evaluations of a form in each of the four rounds of its fit, from each starting point."""
+TOLERANCES = (1e-4, 1e-7, 1e-7, 1e-8)
+"""Relative tolerances of the rounds: one that chooses the starting point, two that find the weights of the rows, the last."""
 APPROACH = (0.02, 2.0)
 """Least and greatest approach of load and limit of a stick, over the rise of the load."""
 LONGER = 1.1
@@ -576,7 +576,7 @@ def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
 
     least = 1e-12 * float(np.abs(force).max()) or 1.0
     sigma = np.full(len(force), max(robust_scale(force - np.median(force)), least))
-    for tolerance in (*(3 * [ROUGH]), FINE):
+    for tolerance in TOLERANCES:
         columns = together / sigma[:, None]
         share = _shares(columns)
 
