@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use numpy::ndarray::{ArrayView1, ArrayView3, s};
+use numpy::ndarray::ArrayView1;
 use numpy::{PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use stickslip::elementary::{exp, ln};
@@ -28,48 +28,57 @@ const ROUNDING: f64 = 1e-14;
 
 /// A number for each spline of an interval.
 type Local = [f64; ORDER];
+/// The splines of an interval as polynomials: their coefficients by power.
+type Piece = [Local; ORDER];
 /// Mass, damping, stiffness and drive velocity; noise, cut-off and sampling interval; slope of the fall and its decay.
 type Model = ((f64, f64, f64, f64), (f64, f64, f64), (f64, f64));
 
-/// An equation: the first spline it holds, their factors, the factor of the level of the stick, the right side.
-type Equation = (usize, Local, [f64; 2]);
+/// The factors of splines next to each other, of the level of the stick, and the right side.
+type Row = [f64; ORDER + 2];
+/// An equation: the first spline it holds, and its row.
+type Equation = (usize, Row);
 
-/// Equations for splines made a triangle by rotations: of each row the entries from its diagonal on, and both right sides.
+/// Equations for splines made a triangle by rotations: each row begins at its diagonal.
 #[derive(Clone)]
 struct Triangle {
-    rows: Vec<(Local, [f64; 2])>,
+    rows: Vec<Row>,
 }
 
 impl Triangle {
+    fn new(size: usize) -> Self {
+        Self {
+            rows: vec![[0.0; ORDER + 2]; size],
+        }
+    }
+
     /// Take an equation in; returns what no splines can take up of its right sides.
-    fn rotate(&mut self, (first, mut row, mut sides): Equation) -> [f64; 2] {
-        for (line, right) in &mut self.rows[first..] {
+    ///
+    /// Where equations come in the order of their first splines each meets at most `ORDER` rows.
+    fn rotate(&mut self, (first, mut row): Equation) -> [f64; 2] {
+        for line in &mut self.rows[first..] {
             if row[0] != 0.0 {
-                let length = (line[0] * line[0] + row[0] * row[0]).sqrt();
-                let (c, s) = (line[0] / length, row[0] / length);
-                let turn = |own: &mut f64, other: &mut f64| {
+                if line[0] == 0.0 && line[1..ORDER] == [0.0; DEGREE] {
+                    std::mem::swap(line, &mut row);
+                    break;
+                }
+                let over = 1.0 / (line[0] * line[0] + row[0] * row[0]).sqrt();
+                let (c, s) = (line[0] * over, row[0] * over);
+                for (own, other) in line.iter_mut().zip(&mut row) {
                     (*own, *other) = (c * *own + s * *other, c * *other - s * *own);
-                };
-                line.iter_mut()
-                    .zip(&mut row)
-                    .for_each(|(own, other)| turn(own, other));
-                right
-                    .iter_mut()
-                    .zip(&mut sides)
-                    .for_each(|(own, other)| turn(own, other));
+                }
             }
-            row.copy_within(1.., 0);
+            row.copy_within(1..ORDER, 0);
             row[DEGREE] = 0.0;
-            if row == [0.0; ORDER] {
+            if row[..ORDER] == [0.0; ORDER] {
                 break;
             }
         }
-        sides
+        [row[ORDER], row[ORDER + 1]]
     }
 
     /// Log determinant of the sum of squares; None where the equations do not tell all splines.
     fn log(&self) -> Option<f64> {
-        let sizes = || self.rows.iter().map(|(line, _)| line[0].abs());
+        let sizes = || self.rows.iter().map(|line| line[0].abs());
         let least = ROUNDING * sizes().fold(0.0, f64::max);
         sizes()
             .all(|size| size > least)
@@ -79,24 +88,25 @@ impl Triangle {
 
 /// An equation in the splines that are free, the others being at the level of the stick.
 fn tied(free: &Range<usize>, first: usize, all: Local, right: f64) -> Equation {
-    let (from, mut row, mut level) = (first.max(free.start), [0.0; ORDER], 0.0);
+    let (from, mut row) = (first.max(free.start), [0.0; ORDER + 2]);
     for (column, value) in (first..).zip(all) {
         if free.contains(&column) {
             row[column - from] = value;
         } else {
-            level += value;
+            row[ORDER] += value;
         }
     }
-    (from - free.start, row, [level, right])
+    row[ORDER + 1] = right;
+    (from - free.start, row)
 }
 
-/// Derivative number `order` of the splines of an interval at a position in it.
-fn derivative(pieces: &ArrayView3<'_, f64>, interval: usize, order: usize, at: f64) -> Local {
+/// Derivative of this order of the splines of an interval at a position in it.
+fn derivative<const OF: usize>(piece: &Piece, at: f64) -> Local {
     let mut found = [0.0; ORDER];
-    for power in (order..ORDER).rev() {
-        let falling: usize = (power + 1 - order..=power).product();
-        for (value, coefficient) in found.iter_mut().zip(pieces.slice(s![interval, power, ..])) {
-            *value = *value * at + falling as f64 * coefficient;
+    for power in (OF..ORDER).rev() {
+        let falling = (power + 1 - OF..=power).product::<usize>() as f64;
+        for (value, coefficient) in found.iter_mut().zip(piece[power]) {
+            *value = *value * at + falling * coefficient;
         }
     }
     found
@@ -136,9 +146,12 @@ pub(crate) fn slip_evidence(
     soft: bool,
 ) -> Option<(f64, f64, f64)> {
     let ((mass, damping, stiffness, drive), (noise, cutoff, step), (slope, decay)) = model;
-    let ((start, end, origin), pieces) = (limits, pieces.as_array());
+    let (start, end, origin) = limits;
     let (time, path, weight) = (samples.0.as_array(), samples.1.as_array(), samples.2.as_array());
-    let count = pieces.dim().0;
+    let pieces: Vec<Piece> = (pieces.as_array().outer_iter())
+        .map(|piece| std::array::from_fn(|power| std::array::from_fn(|j| piece[[power, j]])))
+        .collect();
+    let count = pieces.len();
     let (size, h) = (count + DEGREE, (end - start) / count as f64);
     // the stick holds u = U and u' = 0, and u'' = 0 at a soft joint
     let ends = if soft { 3 } else { 2 };
@@ -161,10 +174,8 @@ pub(crate) fn slip_evidence(
     let (target, rate) = (stiffness * drive / mass, (stiffness / mass).sqrt());
     let band = 2.0 * std::f64::consts::PI * cutoff;
     let strength = 1.0 / (step.sqrt() * (band * band * band) * noise);
-    let mut slip = Triangle {
-        rows: vec![([0.0; ORDER], [0.0; 2]); free.len()],
-    };
-    for interval in 0..count {
+    let mut walk = Triangle::new(free.len());
+    for (interval, piece) in pieces.iter().enumerate() {
         for (node, share) in GAUSS {
             let inside = 0.5 + 0.5 * node;
             let since = h * (interval as f64 + inside);
@@ -179,29 +190,26 @@ pub(crate) fn slip_evidence(
             } else {
                 0.0
             };
-            let mut change = [0.0; ORDER];
-            for (order, factor) in (1..).zip([factors[0], factors[1] + falls, factors[2]]) {
-                let by = derivative(&pieces, interval, order, inside);
-                change
-                    .iter_mut()
-                    .zip(by)
-                    .for_each(|(sum, value)| *sum += factor * value);
-            }
-            take(
-                &mut slip,
-                tied(&free, interval, scaled(change, root), root * target),
+            let (first, second, third) = (
+                derivative::<1>(piece, inside),
+                derivative::<2>(piece, inside),
+                derivative::<3>(piece, inside),
             );
+            let change = std::array::from_fn(|j| {
+                root * (factors[0] * first[j] + (factors[1] + falls) * second[j] + factors[2] * third[j])
+            });
+            take(&mut walk, tied(&free, interval, change, root * target));
         }
     }
     // the walk alone leaves states open, which have a unit each
     let units = [rate, 1.0 / h, 1.0 / (h * h * rate)].map(|unit| unit / drive);
     let state = |order: usize, first: usize, at: f64| {
-        tied(
-            &free,
-            first,
-            scaled(derivative(&pieces, first, order, at), units[order]),
-            0.0,
-        )
+        let row = match order {
+            0 => derivative::<0>(&pieces[first], at),
+            1 => derivative::<1>(&pieces[first], at),
+            _ => derivative::<2>(&pieces[first], at),
+        };
+        tied(&free, first, scaled(row, units[order]), 0.0)
     };
     let held = match joined {
         "start" | "end" if soft => vec![],
@@ -209,17 +217,20 @@ pub(crate) fn slip_evidence(
         "end" => vec![state(2, count - 1, 1.0)],
         _ => (0..3).map(|order| state(order, 0, 0.0)).collect(),
     };
-    let mut prior = slip.clone();
-    let squares = |row: &Local| row.iter().map(|value| value * value).sum::<f64>();
+    let mut prior = walk.clone();
+    let squares = |row: &Row| row[..ORDER].iter().map(|value| value * value).sum::<f64>();
     let mut scale = 1.0;
     if !held.is_empty() {
-        scale = held.iter().map(|(_, row, _)| squares(row)).sum::<f64>()
-            / slip.rows.iter().map(|(line, _)| squares(line)).sum::<f64>();
+        scale = held.iter().map(|(_, row)| squares(row)).sum::<f64>()
+            / walk.rows.iter().map(squares).sum::<f64>();
     }
-    for (first, row, sides) in &held {
-        prior.rotate((*first, scaled(*row, 1.0 / scale.sqrt()), *sides));
+    for (first, row) in &held {
+        prior.rotate((*first, row.map(|value| value / scale.sqrt())));
     }
     let log_prior = prior.log()? + held.len() as f64 * ln(scale);
+    // the walk and the samples in the order of their splines
+    let mut slip = Triangle::new(free.len());
+    let mut laid = 0;
     for i in first_from(&time, start)..first_from(&time, end) {
         let position = (time[i] - start) / h;
         #[expect(
@@ -228,12 +239,20 @@ pub(crate) fn slip_evidence(
             reason = "positions lie in 0..count"
         )]
         let interval = (position as usize).min(count - 1);
-        let row = derivative(&pieces, interval, 0, position - interval as f64);
         let root = weight[i].sqrt() / noise;
-        take(
-            &mut slip,
-            tied(&free, interval, scaled(row, root), root * (path[i] - origin)),
+        let row = scaled(
+            derivative::<0>(&pieces[interval], position - interval as f64),
+            root,
         );
+        let equation = tied(&free, interval, row, root * (path[i] - origin));
+        while laid <= equation.0 {
+            take(&mut slip, (laid, walk.rows[laid]));
+            laid += 1;
+        }
+        take(&mut slip, equation);
+    }
+    for laid in laid..free.len() {
+        take(&mut slip, (laid, walk.rows[laid]));
     }
     let [square, linear, rest] = sums;
     Some((square, linear, rest + slip.log()? - log_prior))
