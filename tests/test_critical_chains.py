@@ -86,6 +86,7 @@ def test_the_end_of_stick_slip_is_the_fold_of_its_cycle_and_runs_show_it():
         assert evidence.sticks(TWO, speed, 1500) is sticks
 
 
+@pytest.mark.slow
 def test_neutral_slip_of_a_chain_is_named_and_has_no_critical_velocity():
     # Sticks become ever rarer, and none of the speeds at which the last one was seen is an end.
     chain, _ = evidence.chain(1)
@@ -123,6 +124,7 @@ def test_what_runs_do_not_settle_is_a_bracket(monkeypatch):
     assert found.finished
 
 
+@pytest.mark.slow
 def test_a_search_over_a_chain_ends_after_max_seconds(monkeypatch):
     monkeypatch.setattr(time_limit.time, "time", lambda: 0.0)
 

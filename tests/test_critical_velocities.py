@@ -136,6 +136,7 @@ def test_the_command_names_neutral_slip(tmp_path, capsys):
     ]
 
 
+@pytest.mark.slow
 def test_the_command_gives_intervals_of_a_fitted_law(tmp_path, capsys):
     names, system = ["break_away", "kinetic"], tmp_path / "system.toml"
     covariance = pd.DataFrame(np.diag([1e-4, 1e-4]), index=names, columns=names)

@@ -324,6 +324,7 @@ def ends_of(nodes, v, t_end=400.0):
     return min(xs), max(xs)
 
 
+@pytest.mark.slow
 def test_starts_find_a_stable_cycle_beside_that_from_rest():
     belt = ss.Oscillator(0.0, 1.0, NESTED)
     alone = ss.continuation(belt, "damping", (0.0, 0.05), seeds=1, starts=0)

@@ -25,6 +25,7 @@ def curved(w):
     return 0.57 + 0.03 * np.exp(-w / 0.1)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_where_the_noise_goes_together():
     # Of 12 intervals fewer than 10 would come by chance once in fifty.
     assert np.sum([refined(seed) for seed in range(6)]) >= 10

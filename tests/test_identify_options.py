@@ -167,7 +167,7 @@ def test_a_command_without_a_simulation_serves_records_of_all_kinds(files, capsy
     assert capsys.readouterr() == plain
 
 
-@pytest.mark.parametrize("path", ["curve", "static", "step"])
+@pytest.mark.parametrize("path", ["curve", pytest.param("static", marks=pytest.mark.slow), "step"])
 def test_a_fit_to_tables_has_a_page_too(path, files, tmp_path):
     name, chosen_by = files[path]
     assert main(["identify", str(name), *chosen_by, "--report", str(tmp_path / "page.html")]) == 0
@@ -178,6 +178,7 @@ def test_a_fit_to_tables_has_a_page_too(path, files, tmp_path):
     assert all(html.escape(note)[:60] in page for note in found.notes)
 
 
+@pytest.mark.slow
 def test_the_parts_of_a_combined_law_are_named(tmp_path, capsys):
     law = ss.laws.Combined(ss.laws.LogarithmicDwell(1.0, 0.08, 0.3), ss.laws.ExponentialStribeck(1.0, 0.7, 0.1))
     files = []

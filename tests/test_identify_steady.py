@@ -158,6 +158,7 @@ def test_what_holds_no_curve_is_refused(friction, law, words) -> None:
 # --- real records, with the numbers that are known of them
 
 
+@pytest.mark.slow
 def test_the_offset_of_a_robots_torque_is_found_by_the_comparison(shared_data: Path) -> None:
     found = fit_steady(measured(shared_data, "robot_joint_nnfm", "robot_joint_nnfm/franka*.csv"))
     assert found.chosen.endswith("offset, restoring")

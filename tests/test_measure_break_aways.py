@@ -112,6 +112,7 @@ def test_a_search_that_steps_to_where_growth_does_not_act_comes_back(monkeypatch
     assert abs(table.loc["kinetic.scale", "value"] - 0.04) < 3 * table.loc["kinetic.scale", "error"]
 
 
+@pytest.mark.slow
 def test_friction_that_changes_with_slip_speed_has_a_curve_and_a_law_of_one_number_says_so():
     record = measured(FALLING, 0.06, 0.004, 5.0, 1e-5)[0]
     found = identify(record)

@@ -178,6 +178,7 @@ def test_break_aways_beyond_the_range_of_the_instrument_are_not_invented(belt, w
     assert cut.attrs["slips"] > 25
 
 
+@pytest.mark.slow
 def test_a_harmonic_of_the_motion_is_not_taken_for_the_mains(belt, whole):
     t, x, rig = belt
     ratio = 50 / (7 * whole.attrs["main_line"])

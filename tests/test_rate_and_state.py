@@ -407,6 +407,7 @@ def test_steady_slip_without_mass_loses_its_stability_at_the_known_stiffness(sti
     assert np.log(np.ptp(x[1500:]) / np.ptp(x[:500])) == pytest.approx(150 * growth.real.max(), rel=0.05)
 
 
+@pytest.mark.slow
 def test_two_coupled_sliders_without_mass_obey_their_equations():
     law, damping = replace(ONE, b=0.015), 1e-3
     k = np.array([[0.0045, -0.001], [-0.001, 0.0045]])
