@@ -1,5 +1,5 @@
 //! How likely samples make a slip between two times, as `measurement/signals/slip_evidence.py` says it: a quintic spline by
-//! banded orthogonal triangles, a few thousand times for a record. Normal equations would lose half of the digits.
+//! banded orthogonal triangles, some ten thousand times for a record. Normal equations would lose half of the digits.
 #![expect(
     clippy::needless_pass_by_value,
     reason = "views of arrays are two words and a pointer"
@@ -101,10 +101,10 @@ fn tied(free: &Range<usize>, first: usize, all: Local, right: f64) -> Equation {
 }
 
 /// Derivative of this order of the splines of an interval at a position in it.
-fn derivative<const OF: usize>(piece: &Piece, at: f64) -> Local {
+fn derivative(piece: &Piece, order: usize, at: f64) -> Local {
     let mut found = [0.0; ORDER];
-    for power in (OF..ORDER).rev() {
-        let falling = (power + 1 - OF..=power).product::<usize>() as f64;
+    for power in (order..ORDER).rev() {
+        let falling = (power + 1 - order..=power).product::<usize>() as f64;
         for (value, coefficient) in found.iter_mut().zip(piece[power]) {
             *value = *value * at + falling * coefficient;
         }
@@ -190,11 +190,7 @@ pub(crate) fn slip_evidence(
             } else {
                 0.0
             };
-            let (first, second, third) = (
-                derivative::<1>(piece, inside),
-                derivative::<2>(piece, inside),
-                derivative::<3>(piece, inside),
-            );
+            let [first, second, third] = [1, 2, 3].map(|order| derivative(piece, order, inside));
             let change = std::array::from_fn(|j| {
                 root * (factors[0] * first[j] + (factors[1] + falls) * second[j] + factors[2] * third[j])
             });
@@ -204,11 +200,7 @@ pub(crate) fn slip_evidence(
     // the walk alone leaves states open, which have a unit each
     let units = [rate, 1.0 / h, 1.0 / (h * h * rate)].map(|unit| unit / drive);
     let state = |order: usize, first: usize, at: f64| {
-        let row = match order {
-            0 => derivative::<0>(&pieces[first], at),
-            1 => derivative::<1>(&pieces[first], at),
-            _ => derivative::<2>(&pieces[first], at),
-        };
+        let row = derivative(&pieces[first], order, at);
         tied(&free, first, scaled(row, units[order]), 0.0)
     };
     let held = match joined {
@@ -228,31 +220,28 @@ pub(crate) fn slip_evidence(
         prior.rotate((*first, row.map(|value| value / scale.sqrt())));
     }
     let log_prior = prior.log()? + held.len() as f64 * ln(scale);
+    let sampled = first_from(&time, start)..first_from(&time, end);
+    let mut sampled = sampled
+        .map(|i| {
+            let position = (time[i] - start) / h;
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "positions lie in 0..count"
+            )]
+            let interval = (position as usize).min(count - 1);
+            let row = derivative(&pieces[interval], 0, position - interval as f64);
+            let root = weight[i].sqrt() / noise;
+            tied(&free, interval, scaled(row, root), root * (path[i] - origin))
+        })
+        .peekable();
     // the walk and the samples in the order of their splines
     let mut slip = Triangle::new(free.len());
-    let mut laid = 0;
-    for i in first_from(&time, start)..first_from(&time, end) {
-        let position = (time[i] - start) / h;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "positions lie in 0..count"
-        )]
-        let interval = (position as usize).min(count - 1);
-        let root = weight[i].sqrt() / noise;
-        let row = scaled(
-            derivative::<0>(&pieces[interval], position - interval as f64),
-            root,
-        );
-        let equation = tied(&free, interval, row, root * (path[i] - origin));
-        while laid <= equation.0 {
-            take(&mut slip, (laid, walk.rows[laid]));
-            laid += 1;
+    for (first, row) in walk.rows.into_iter().enumerate() {
+        take(&mut slip, (first, row));
+        while let Some(equation) = sampled.next_if(|(begun, _)| *begun == first) {
+            take(&mut slip, equation);
         }
-        take(&mut slip, equation);
-    }
-    for laid in laid..free.len() {
-        take(&mut slip, (laid, walk.rows[laid]));
     }
     let [square, linear, rest] = sums;
     Some((square, linear, rest + slip.log()? - log_prior))
