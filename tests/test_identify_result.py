@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import re
 import tomllib
 from dataclasses import replace
 
@@ -15,6 +16,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import compare_motion, friction_of_orbit, identify
+from stickslip.report.identification import page
 
 LAW = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
 SYSTEM = ss.Oscillator(damping=0.1, drive_velocity=0.2, law=LAW)
@@ -61,6 +63,16 @@ def test_report_names_the_law_its_numbers_and_what_was_assumed(found):
     assert "break_away" in text
     assert "kinetic" in text
     assert "one drive velocity" in text
+
+
+def test_a_report_leads_with_numbers_that_are_told_apart_from_zero(found):
+    def key(errors):
+        parameters = found.parameters.assign(error=found.parameters["value"] * errors)
+        shown = page(replace(found, parameters=parameters), simulate=False).html().split("</dl>")[0]
+        return re.findall("<dt>(.*?)</dt>", shown)
+
+    assert key([1e-3, 2e-3]) == ["break_away", "kinetic", "rms of the kinetic force"]
+    assert key([1e-3, 1.7]) == ["break_away", "rms of the kinetic force"]
 
 
 def test_covariance_and_errors_agree(found):

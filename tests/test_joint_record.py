@@ -12,6 +12,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.identification import fit_steady
+from stickslip.identification.kinetic.steady_rows import LeftOut, rows_of, said_left_out
 
 INERTIA, NOISE, RATE = 0.021, 0.008, 250.0
 """kg m^2, N m and Hz."""
@@ -171,6 +172,17 @@ def test_a_right_inertia_is_not_contradicted_and_samples_left_out_are_counted(jo
     assert re.search(r"from no stick: it is the kinetic force extrapolated from w = 0\.00\d+ to w = 0", " ".join(notes))
     said = next(note for note in notes if "were left out" in note)
     assert re.search(r"of 4500 samples these were left out: \d+ up to w = 0\.00", said)
+
+
+def test_samples_left_out_of_several_records_are_one_sentence(joint: xr.DataTree) -> None:
+    slow = joint.copy(deep=True)
+    slow["slip_velocity_error"][:] *= 10
+    lost = [rows_of(tree, name)[2] for name, tree in {"one": joint, "two": slow, "three": joint}.items()]
+    (said,) = said_left_out(lost)
+    assert said.startswith("3 records: of 13500 samples these were left out: ")
+    assert sum(map(int, re.findall(r"(\d+) up to w = ", said))) == sum(record.count for record in lost)
+    assert "The largest share is that of two, " in said
+    assert said_left_out([LeftOut("one", 7, {})]) == []
 
 
 def test_a_joint_without_sticks_gets_curves_each_way_by_the_name_of_the_law(joint: xr.DataTree) -> None:

@@ -8,6 +8,7 @@ import sys
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import stickslip as ss
@@ -17,7 +18,7 @@ from stickslip.report.experiment import Experiment, run, watch
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
 RIG = {
-    "instrument": "displacement", "column": "x", "unit": "1", "stiffness": 1.0, "mass": 1.0, "damping": 0.05,
+    "instrument": "displacement", "column": "x", "unit": "m", "stiffness": 1.0, "mass": 1.0, "damping": 0.05,
     "drive_velocity": 0.1,
 }  # fmt: skip
 
@@ -57,13 +58,19 @@ def test_an_experiment_runs_past_a_bad_record_and_is_not_done_twice(folder, caps
     }  # fmt: skip
     law = ss.load_law(out / "law.toml")
     assert law.break_away == pytest.approx(1.2, abs=0.01)
-    assert ">Break-aways</h2>" in (out / "report.html").read_text()
+    page = (out / "report.html").read_text()
+    assert ">Break-aways</h2>" in page
+    assert "<th>main_line [Hz]</th>" in page
+    for table in (out / "break_away.csv", out / "good" / "break_away.csv"):
+        assert {"t [s]", "force [N]", "force_error [N]"} <= set(pd.read_csv(table).columns)
+    assert {"slips", "main_line [Hz]", "main_line_error [Hz]"} <= set(pd.read_csv(out / "records.csv").columns)
     before = (out / "good" / "friction.nc").stat().st_mtime_ns
     looks = []
     watch(folder / "experiment.toml", every=0.01, stop=lambda: len(looks) == 1, on_table=looks.append)
     assert list(looks[0]["state"]) == ["failed", "finished before"]
     assert (out / "good" / "friction.nc").stat().st_mtime_ns == before
     assert looks[0].loc["good", "regime"] == "stick_slip"
+    assert looks[0].attrs["units"]["stiffness"] == "N/m"
 
 
 @pytest.mark.parametrize(

@@ -45,8 +45,15 @@ def summary(friction: xr.DataTree) -> dict[str, str]:
     >>> found["main_line"], found["stiffness"], found["slips"]
     ('2.706 ± 0.084 Hz', '600 N/m', '11')
     """
+    return {
+        name: f"{text} {unit}".removesuffix(" 1").strip() for name, (text, unit) in texts_and_units(friction).items()
+    }
+
+
+def texts_and_units(friction: xr.DataTree) -> dict[str, tuple[str, str]]:
+    """The facts of :func:`summary`: each value with its error, and its unit apart, "" for what is a count, share or word."""
     if "facts" not in friction.attrs:
-        parts = {name.removeprefix("mass_"): summary(child) for name, child in friction.children.items()}
+        parts = {name.removeprefix("mass_"): texts_and_units(child) for name, child in friction.children.items()}
         return {f"{mass} {name}": text for mass, part in parts.items() for name, text in part.items()}
     force, time, speed = (_unit(friction, name) for name in ("force", "time", "slip_velocity"))
     length = speed.split("/")[0] if speed != "1" else "rad" if force.endswith("N m") else "1" if force == "1" else "m"
@@ -63,7 +70,7 @@ def summary(friction: xr.DataTree) -> dict[str, str]:
         )
         error = errors.get(name) or errors.get(name.removesuffix("_force"), "")
         text = value if isinstance(value, str) else rounded(value, float(found.get(error, 0.0)))
-        texts[name] = " ".join([text, SHORT.get(unit, unit)]).removesuffix(" 1").strip()
+        texts[name] = text, SHORT.get(unit, unit)
     return texts
 
 

@@ -142,7 +142,8 @@ def run(
     Returns
     -------
     DataFrame over the names of the records: source, state (``"measured"``, ``"finished before"``, ``"failed"``), message, and
-    what a summary of the record prints. Its ``attrs["law"]`` is the report of the identified law, or why there is none.
+    what a summary of the record prints. Its ``attrs["units"]`` are the units of its columns, by name, and ``attrs["law"]`` is
+    the report of the identified law, or why there is none.
 
     Raises
     ------
@@ -186,11 +187,33 @@ def _run(plan: Experiment, sources: Mapping[str, Path], again: bool, progress: P
             rows[name] = row
             if progress is not None:
                 progress(f"{name} {row['state']}", done, len(sources))
+    texts = {name: row.pop("texts", {}) for name, row in rows.items()}
     table = pd.DataFrame.from_dict({name: rows[name] for name in sources}, orient="index").rename_axis("record")
+    table.attrs["units"] = _units(texts)
     if progress is not None and plan.law:
         progress("identifying the law", len(sources), len(sources))
-    table.attrs["law"] = _together(plan, table)
+    table.attrs["law"] = _together(plan, table, texts)
     return table
+
+
+Texts = Mapping[str, Mapping[str, tuple[str, str]]]
+"""Of each record by name: the facts, each value with its error as a text, and its unit."""
+
+
+def _units(texts: Texts) -> dict[str, str]:
+    """The unit of each fact that has one, the same in all records."""
+    units: dict[str, set[str]] = {}
+    for facts in texts.values():
+        for name, (_, unit) in facts.items():
+            units.setdefault(name, set()).add(unit)
+    return {name: unit for name, (unit, *others) in units.items() if unit not in ("", "1") and not others}
+
+
+def _head(name: str, units: Mapping[str, str]) -> str:
+    """The head of a column, with its unit; an error has that of its value."""
+    value_of = name.removesuffix("_error")
+    unit = next((units[one] for one in (name, value_of, f"{value_of}_force") if one in units), "")
+    return f"{name} [{unit}]" if unit else name
 
 
 def _check(plan: Experiment, sources: Mapping[str, Path]) -> None:
@@ -328,7 +351,9 @@ def _known(finished: Path, mark: str) -> dict[str, Any] | None:
         known = json.loads(finished.read_text())
     except (OSError, ValueError):
         return None
-    return known["facts"] if isinstance(known, dict) and known.get("mark") == mark else None
+    if not isinstance(known, dict) or known.get("mark") != mark or "texts" not in known:
+        return None
+    return {**known["facts"], "texts": known["texts"]}
 
 
 def _measured(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str, Any]:
@@ -346,6 +371,7 @@ def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str
 
     from stickslip.measurement import Bench, facts, load_rig, measure, motion, notes
     from stickslip.measurement.masses import masses_of
+    from stickslip.measurement.summary import texts_and_units
 
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.iterdir():
@@ -377,8 +403,9 @@ def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str
     write_whole(folder / "break_away.csv", lambda draft: events.to_csv(draft, index=False))
     found = {**facts(friction), "notes": " ".join(notes(friction))}
     plain = {name: value if isinstance(value, str) or math.isfinite(value) else None for name, value in found.items()}
-    write_whole(folder / "finished.json", lambda draft: draft.write_text(json.dumps({"mark": mark, "facts": plain})))
-    return plain
+    done = {"mark": mark, "facts": plain, "texts": texts_and_units(friction)}
+    write_whole(folder / "finished.json", lambda draft: draft.write_text(json.dumps(done)))
+    return {**plain, "texts": done["texts"]}
 
 
 def _draw(ax: Axes, path: Path) -> None:
@@ -396,18 +423,20 @@ RESULTS = ("motion.nc", "friction.nc", "friction.png", "motion.png", "break_away
 
 
 def _events(parts: Mapping[str, Any]) -> pd.DataFrame:
-    """The break-aways of all masses."""
+    """The break-aways of all masses, with the units in the heads of the columns."""
     import pandas as pd
 
-    tables = [
-        part["break_away"].to_dataset(inherit=False).to_dataframe().assign(mass=name.removeprefix("mass_"))
-        for name, part in parts.items()
-        if "break_away" in part.children
-    ]
+    tables = []
+    for name, part in parts.items():
+        if "break_away" in part.children:
+            data = part["break_away"].to_dataset(inherit=False)
+            units = {str(key): str(column.attrs.get("units", "")) for key, column in data.variables.items()}
+            table = data.to_dataframe().rename(columns=lambda key, units=units: _head(key, units))
+            tables.append(table.assign(mass=name.removeprefix("mass_")) if name else table)
     return pd.concat(tables) if tables else pd.DataFrame()
 
 
-def _together(plan: Experiment, table: pd.DataFrame) -> str:
+def _together(plan: Experiment, table: pd.DataFrame, texts: Texts) -> str:
     """What is made of all records: one table, one law, one report. Returns what is to be said of the law."""
     import pandas as pd
 
@@ -415,8 +444,9 @@ def _together(plan: Experiment, table: pd.DataFrame) -> str:
     from stickslip.report.identification import page, page_of_table
     from stickslip.report.report import Report
 
-    results = plan.results
-    write_whole(results / "records.csv", lambda draft: table.to_csv(draft))
+    results, units = plan.results, table.attrs["units"]
+    headed = table.rename(columns=lambda name: _head(name, units))
+    write_whole(results / "records.csv", lambda draft: headed.to_csv(draft))
     good = [str(name) for name in table.index[table["state"] != "failed"]]
     events = []
     for name in good:
@@ -443,7 +473,9 @@ def _together(plan: Experiment, table: pd.DataFrame) -> str:
     report.text(
         f"{len(good)} of {len(table)} records were measured." + (f" No law was identified: {why}" if why else "")
     )
-    report.table(table.drop(columns=["source", "notes"], errors="ignore"))
+    shown = pd.DataFrame({name: {key: text for key, (text, _) in texts[name].items()} for name in good}).T
+    shown = shown.rename(columns=lambda name: _head(name, units)).rename_axis("record")
+    report.table(table[["state", "message"] if len(good) < len(table) else ["state"]].join(shown).fillna(""))
     report.items(
         [f"{name}: {note}" for name, note in table.get("notes", pd.Series(dtype=str)).dropna().items() if note]
     )

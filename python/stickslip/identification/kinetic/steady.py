@@ -38,7 +38,7 @@ from stickslip.identification.kinetic.curves import (
 )
 from stickslip.identification.kinetic.misfit import behind, widened
 from stickslip.identification.kinetic.motion import extrapolated_note
-from stickslip.identification.kinetic.steady_rows import joined, rows_of
+from stickslip.identification.kinetic.steady_rows import joined, rows_of, said_left_out
 from stickslip.identification.records import check_same_units, opened
 from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
@@ -420,11 +420,12 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     ('Coulomb + viscous, offset', {'kinetic': 0.4, 'viscous': 0.2, 'offset': -0.17})
     """
     items = list(friction) if isinstance(friction, list | tuple) else [friction]
-    parts, names, units, notes = [], [], [], []
+    parts, names, units, left, notes = [], [], [], [], []
     for number, item in enumerate(items, start=1):
         name = str(item) if isinstance(item, str | Path) else f"record {number}"
         tree = opened(Path(item)) if isinstance(item, str | Path) else item
-        rows, stated, said = rows_of(tree, name)
+        rows, stated, missing, said = rows_of(tree, name)
+        left.append(missing)
         notes += said
         if steps := tree["step"].sizes["step"] if "step" in tree.children else 0:
             notes.append(
@@ -438,6 +439,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     if not parts:
         raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
     check_same_units(units)
+    notes += said_left_out(left)
     measured = rows = joined(parts)
     if float(np.sum(rows.force * np.sign(rows.w))) < 0:
         measured = rows = replace(rows, force=-rows.force)

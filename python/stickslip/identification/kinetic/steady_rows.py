@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -33,8 +34,29 @@ FARTHEST = 1e60
 """Numbers larger than this are no friction in any unit."""
 
 
-def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], list[str]]:
-    """The rows of a record that slide, the units of force and slip velocity, and what is to be said of the record."""
+@dataclass(frozen=True)
+class LeftOut:
+    """Samples of slip of a record that are no rows.
+
+    Parameters
+    ----------
+    name : of the record.
+    samples : how many slide in it.
+    reasons : how many were left out and the highest speed among them, by the reason.
+    """
+
+    name: str
+    samples: int
+    reasons: dict[str, tuple[int, float]]
+
+    @property
+    def count(self) -> int:
+        """How many were left out."""
+        return sum(count for count, _ in self.reasons.values())
+
+
+def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], LeftOut, list[str]]:
+    """The rows of a record that slide, the units of force and slip velocity, what is no row, and what else is to be said."""
     if not isinstance(tree, xr.DataTree):
         raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
     root = tree.to_dataset(inherit=False)
@@ -57,7 +79,7 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], list[str]]:
             smoothed[:] = False
         rows, inertia, notes = _with_inertia(rows, root, moving & slides & ~smoothed, name)
         slowest = _slowest(w, force - inertia, moving & ~smoothed)
-        notes += _left_out(np.abs(w), slides, smoothed, moving, slowest, name)
+        left = _left_out(np.abs(w), slides, smoothed, moving, slowest, name)
         moving &= slides & ~smoothed & (np.abs(w) > slowest)
     elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
         w = _numbers(table, "slip_velocity", name)
@@ -70,14 +92,14 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], list[str]]:
         source = table["source"].to_numpy().astype(str) if "source" in table else np.full(len(w), name)
         rows = Rows(w, column("force"), column("force_error"), load, column("displacement"), source, False)
         _check(rows, name, "row")
-        moving, notes = np.abs(w) > 0, []
+        moving, left, notes = np.abs(w) > 0, LeftOut(name, len(rows), {}), []
     else:
         raise InputError(f"{name}: holds no friction over slip velocity; measure a record that slides")
     if not moving.any():
         raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
     units = stated_units(data)
     rows = replace(rows, turning="displacement" in data and data["displacement"].attrs.get("units") == "rad")
-    return rows.take(moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}, notes
+    return rows.take(moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}, left, notes
 
 
 def _with_inertia(
@@ -123,27 +145,43 @@ def _left_out(
     moving: npt.NDArray[np.bool_],
     slowest: float,
     name: str,
-) -> list[str]:
+) -> LeftOut:
     """How many samples of slip are no rows, at what speeds, and why."""
     left = slides & ~smoothed
-    unsure, slow = left & ~moving, left & moving & (speed <= slowest)
-    parts = []
-    if smoothed.any():
-        parts.append(
-            f"{np.count_nonzero(smoothed)} up to w = {speed[smoothed].max():.3g}, beside a stick, where the acceleration "
-            "jumps and smoothing takes speed and inertia along"
-        )
-    if unsure.any():
-        parts.append(
-            f"{np.count_nonzero(unsure)} up to w = {speed[unsure].max():.3g}, not clear of the error of w, so that the sense "
-            "of the slip is not sure"
-        )
-    if slow.any():
-        parts.append(
-            f"{np.count_nonzero(slow)} up to w = {speed[slow].max():.3g}, where friction differs between speeding up and "
-            "slowing down, or only one of them was measured"
-        )
-    return [f"{name}: of {np.count_nonzero(slides)} samples these were left out: {'; '.join(parts)}."] if parts else []
+    reasons = {
+        "beside a stick, where the acceleration jumps and smoothing takes speed and inertia along": smoothed,
+        "not clear of the error of w, so that the sense of the slip is not sure": left & ~moving,
+        "where friction differs between speeding up and slowing down, or only one of them was measured": (
+            left & moving & (speed <= slowest)
+        ),
+    }
+    found = {
+        reason: (int(np.count_nonzero(which)), float(speed[which].max()))
+        for reason, which in reasons.items()
+        if which.any()
+    }
+    return LeftOut(name, int(np.count_nonzero(slides)), found)
+
+
+def said_left_out(records: Sequence[LeftOut]) -> list[str]:
+    """One sentence on the samples of slip that are no rows, of however many records; none where there are no such samples."""
+    records = [record for record in records if record.reasons]
+    if not records:
+        return []
+    together: dict[str, tuple[int, float]] = {}
+    for record in records:
+        for reason, (count, fastest) in record.reasons.items():
+            before, faster = together.get(reason, (0, 0.0))
+            together[reason] = before + count, max(faster, fastest)
+    parts = "; ".join(f"{count} up to w = {fastest:.3g}, {reason}" for reason, (count, fastest) in together.items())
+    samples = sum(record.samples for record in records)
+    if len(records) == 1:
+        return [f"{records[0].name}: of {samples} samples these were left out: {parts}."]
+    worst = max(records, key=lambda record: record.count / record.samples)
+    return [
+        f"{len(records)} records: of {samples} samples these were left out: {parts}. The largest share is that of "
+        f"{worst.name}, {100 * worst.count / worst.samples:.0f} %."
+    ]
 
 
 def _slowest(w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> float:
