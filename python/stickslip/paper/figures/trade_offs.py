@@ -30,25 +30,25 @@ def trade_offs(table: pd.DataFrame | None = None) -> list[Axes]:
     """
     table = trades() if table is None else table
     calibrations, rows = [str(name) for name in table], [str(name) for name in table.index]
-    left, right = new_axes(1, 2, figsize=(10.4, 6.6), width_ratios=(1.5, 1))
+    above, below = new_axes(2, 1, figsize=(7.0, 10.2), height_ratios=(1.75, 1))
     order = list(_VERDICTS)
     cells = table.map(order.index).to_numpy()
     colours = ListedColormap([colour for colour, _ in _VERDICTS.values()])
-    left.pcolormesh(cells, cmap=colours, vmin=0, vmax=len(order) - 1, edgecolors="0.85", lw=0.8)
+    above.pcolormesh(cells, cmap=colours, vmin=0, vmax=len(order) - 1, edgecolors="0.85", lw=0.8)
     for row, column in np.argwhere(cells < len(order) - 1):
         word = _VERDICTS[order[cells[row, column]]][1]
-        left.text(column + 0.5, row + 0.5, word, ha="center", va="center", fontsize=6.5)
+        above.text(column + 0.5, row + 0.5, word, ha="center", va="center", fontsize=7.5)
     source = claims()["source"].to_dict()
-    left.set_yticks(np.arange(len(rows)) + 0.5, [name if source[name] == STATED else f"{name} *" for name in rows])
+    above.set_yticks(np.arange(len(rows)) + 0.5, [name if source[name] == STATED else f"{name} *" for name in rows])
     shown = (cells == order.index(REPRODUCED)).sum(axis=0)
     titles = [f"{name} ({count})" for name, count in zip(calibrations, shown, strict=True)]
-    left.set_xticks(np.arange(len(titles)) + 0.5, titles)
-    left.tick_params(length=0)
-    left.tick_params(axis="x", rotation=40)
-    for text in left.get_xticklabels():
+    above.set_xticks(np.arange(len(titles)) + 0.5, titles)
+    above.tick_params(length=0)
+    above.tick_params(axis="x", rotation=40)
+    for text in above.get_xticklabels():
         text.set(ha="right", rotation_mode="anchor")
-    left.invert_yaxis()
-    left.set_title("reproduced (blue) by each calibration; * inferred by us, not stated", **TITLE)
+    above.invert_yaxis()
+    above.set_title("reproduced (blue) by each calibration; * inferred by us, not stated", **TITLE)
     delta = np.linspace(0.2, 0.45, 301)
     curves: dict[bytes, list[str]] = {}
     for name in calibrations:
@@ -56,12 +56,12 @@ def trade_offs(table: pd.DataFrame | None = None) -> list[Axes]:
         curves.setdefault(CALIBRATIONS[name].law.break_away_force(0.0, delta).tobytes(), []).append(name)
     for curve, names in curves.items():
         said = [f"{name}: d = {CALIBRATIONS[name].damping:g}" for name in names]
-        right.plot(delta, np.frombuffer(curve), label="\n".join(said))
+        below.plot(delta, np.frombuffer(curve), label="\n".join(said))
     slope, intercept = CALIBRATIONS["default"].law.l
     s = np.array([0.32, 0.45])
-    right.plot(s, slope * s + intercept, color=OKABE_ITO["grey"], lw=0.9, ls="--", label="l at w = δ = s")
-    right.legend(loc="lower left", fontsize=7.5, frameon=False)
-    right.margins(x=0)
-    right.set(xlabel="force rate δ (dimensionless)", ylabel="friction $f_s(0, δ)$ (dimensionless)", ylim=(0.3, None))
-    right.set_title("static friction without rest, and damping", **TITLE)
-    return [left, right]
+    below.plot(s, slope * s + intercept, color=OKABE_ITO["grey"], lw=0.9, ls="--", label="l at w = δ = s")
+    below.legend(loc="lower left", fontsize=8, frameon=False, ncols=2)
+    below.margins(x=0)
+    below.set(xlabel="force rate δ (dimensionless)", ylabel="friction $f_s(0, δ)$ (dimensionless)", ylim=(0.2, None))
+    below.set_title("static friction without rest, and damping", **TITLE)
+    return [above, below]
