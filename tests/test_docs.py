@@ -3,32 +3,23 @@
 import doctest
 import re
 import shlex
-import tomllib
-from contextlib import redirect_stdout
-from io import StringIO
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pytest
+from pages import FENCE, blocks, run
 
-from stickslip.cli.main import _parser, main
+from stickslip.cli.main import _parser
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 #: Tables made by scripts and reports for referees are not how-to pages.
 EVIDENCE = [*DOCS.glob("evidence/*.md"), DOCS / "paper.md", DOCS / "paper-law.md"]
 PAGES = [ROOT / "README.md", *sorted(set(DOCS.rglob("*.md")) - set(EVIDENCE))]
-FENCE = re.compile(r"^(`{3,}|:{3,})([^\n]*)\n(.*?)^\1\s*$", re.MULTILINE | re.DOTALL)
 #: Blocks that only a shell or a reader can run: installation, a picture of a file, a directive of the site.
 OTHER = {"sh", "bibtex", "", "text"}
 AGREES = doctest.OutputChecker()
 LOOSE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-
-
-def blocks(page):
-    """The language and the text of each fenced block; directives of the site have braces."""
-    text = page.read_text(encoding="utf-8")
-    return [(kind.strip(), body) for fence, kind, body in FENCE.findall(text) if fence[0] == "`" and "{" not in kind]
 
 
 def runnable(page):
@@ -38,45 +29,38 @@ def runnable(page):
 
 
 def has_code(page):
-    return any(kind in ("python", "console", "toml") for kind, _ in blocks(page))
+    return any(block.kind in ("python", "console", "toml") for block in blocks(page))
 
 
-def run_console(text):
-    """Run the lines that begin with a prompt."""
-    for line in text.replace("\\\n", " ").splitlines():
-        if line.startswith("$ "):
-            words = shlex.split(line[2:])
-            assert words[0] == "stickslip", f"a console block holds commands of stickslip, got {line}"
-            assert main(words[1:]) == 0, line
+@pytest.mark.parametrize("page", sorted((DOCS / "tutorials").glob("*.md")), ids=lambda page: page.stem)
+def test_a_tutorial_has_pictures_and_each_is_what_the_block_above_it_draws(page):
+    drawn = [block for block in blocks(page) if block.picture]
+    assert drawn
+    assert len(drawn) == page.read_text(encoding="utf-8").count("](../figures/")
+    for block in drawn:
+        assert block.picture.startswith(page.stem)
+        assert block.plots or re.search(r"^ax = ", block.body, re.MULTILINE), block.picture
 
 
 @pytest.mark.parametrize("page", [runnable(page) for page in [*PAGES, *EVIDENCE] if has_code(page)])
 def test_every_block_runs_and_prints_what_stands_below_it(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    names, printed = {"__name__": "page"}, ""
-    for kind, body in blocks(page):
-        if kind == "text":
-            assert AGREES.check_output(body, printed, LOOSE), f"expected\n{body}\ngot\n{printed}"
-        if kind in ("python", "console"):
-            with redirect_stdout(StringIO()) as out:
-                if kind == "python":
-                    exec(compile(body, page.name, "exec"), names)
-                else:
-                    run_console(body)
-            printed = out.getvalue()
-        elif kind == "toml":
-            tomllib.loads(body)
-            if name := re.match(r"# ([\w-]+\.toml)\n", body):
-                Path(name[1]).write_text(body, encoding="utf-8")
+    printed = ""
+    for block in run(page):
+        if block.kind == "text":
+            assert AGREES.check_output(block.body, printed, LOOSE), f"expected\n{block.body}\ngot\n{printed}"
+        elif block.kind in ("python", "console"):
+            printed = block.printed
+            assert all(Path(plot).exists() for plot in block.plots)
         else:
-            assert kind in OTHER, f"{page}: no rule for a block of {kind!r}"
+            assert block.kind in {*OTHER, "toml"}, f"{page}: no rule for a block of {block.kind!r}"
     plt.close("all")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_commands_with_a_name_to_fill_in_are_ones_of_stickslip(page):
-    for kind, body in blocks(page):
-        for line in body.replace("\\\n", " ").splitlines() if kind in ("sh", "") else ():
+    for block in blocks(page):
+        for line in block.body.replace("\\\n", " ").splitlines() if block.kind in ("sh", "") else ():
             if line.startswith("stickslip "):
                 assert _parser().parse_args(shlex.split(line, comments=True)[1:]), line
 

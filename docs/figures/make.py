@@ -7,7 +7,6 @@ import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 
@@ -269,13 +268,6 @@ def start() -> None:
     save(panels[0], "start.png")
 
 
-def bifurcation() -> None:
-    """The branches of the tutorial on a law of one's own."""
-    law = ss.laws.ExponentialStribeck(break_away=1.0, kinetic=0.4, scale=0.2, viscous=0.2)
-    system = ss.Oscillator(damping=0.05, drive_velocity=0.3, law=law)
-    save(show.branches_plot(ss.continuation(system, "drive_velocity", (0.3, 0.8), seeds=0)), "bifurcation.png")
-
-
 def orbit() -> None:
     """One orbit in the phase plane and over time."""
     law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
@@ -308,15 +300,22 @@ def loads() -> None:
     save(left, "loads.png")
 
 
-def field() -> None:
-    """A contact that slips in part, by the code of the page on fields."""
-    page = (HERE.parent / "how-to" / "fields.md").read_text(encoding="utf-8")
-    code = re.search(r"```python\n(.*?)```", page, re.DOTALL)
-    assert code is not None
-    names: dict[str, Any] = {}
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        exec(code[1], names)
-    save(names["figure"].axes[0], "field.png")
+def pages() -> None:
+    """The pictures of tutorials and how-to pages that have the name of the page: each is what the block above it draws."""
+    sys.path.insert(0, str(HERE.parents[1] / "tests"))
+    from pages import blocks, run
+
+    for page in sorted([*HERE.parent.glob("tutorials/*.md"), *HERE.parent.glob("how-to/*.md")]):
+        if not any(block.picture.startswith(page.stem) for block in blocks(page)):
+            continue
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            for block in run(page):
+                if not block.picture.startswith(page.stem):
+                    continue
+                if block.plots:
+                    shutil.copy(block.plots[-1], HERE / block.picture)
+                else:
+                    save(np.ravel(block.names["ax"])[0], block.picture)
 
 
 def paper() -> None:
@@ -329,7 +328,7 @@ def paper() -> None:
 
 if __name__ == "__main__":
     figures = (
-        laws, setups, branches, loci, forced_calibrations, trade_offs, start, bifurcation, orbit, loads, field, overview,
+        laws, setups, branches, loci, forced_calibrations, trade_offs, start, orbit, loads, pages, overview,
         paper,
     )  # fmt: skip
     parts = {part.__name__: part for part in figures}

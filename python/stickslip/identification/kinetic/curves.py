@@ -121,9 +121,14 @@ class Rows:
         return replace(self, **taken)
 
     @cached_property
+    def stated(self) -> bool:
+        """Whether the errors are stated; else each of them is 1."""
+        return not self.series and not bool((self.error == 1).all())
+
+    @cached_property
     def known(self) -> bool:
-        """Whether the errors are stated, so that they mean something by themselves."""
-        return not self.series and not self.apart and not bool((self.error == 1).all())
+        """Whether the errors are stated and mean something by themselves."""
+        return self.stated and not self.apart
 
     @cached_property
     def records(self) -> list[npt.NDArray[np.int_]]:

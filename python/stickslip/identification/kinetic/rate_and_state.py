@@ -105,7 +105,8 @@ class VelocityStepsFit(OfSteps):
         from stickslip.show.canvas import ABOVE, new_axes
 
         axes = new_axes()[0] if ax is None else ax
-        seen = self.curves[self.curves["path"] > 0]
+        # A path of nothing but rounding has no place on a logarithmic axis.
+        seen = self.curves[self.curves["path"] > 1e-6 * self.curves["path"].max()]
         axes.plot(seen["path"], seen["measured"], ".", ms=2, alpha=0.3, color="0.5", label="measured", rasterized=True)
         for number, (_, one) in enumerate(seen.groupby("step")):
             axes.plot(one["path"], one["fitted"], lw=0.6, color="C0", label=None if number else f"{self.law.law} law")

@@ -76,8 +76,8 @@ class SteadyFriction(Result):
 
     Attributes
     ----------
-    rows : DataFrame of the points: slip_velocity, force, force_error, source, and motion_force, what of the force is
-        gravity, a spring or inertia by the chosen form.
+    rows : DataFrame of the points: slip_velocity, force, force_error (NaN where none is stated), source, and motion_force,
+        what of the force is gravity, a spring or inertia by the chosen form.
     fits : by name of the form, the best prediction of held-back rows first.
     chosen : name of the chosen form.
     undecided : names of forms that predict held-back rows as well, within one standard error.
@@ -476,7 +476,8 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     fits[chosen], missed, valid = widened(rows, fits[chosen])
     hidden = _hidden(rows, fits[chosen], shapes, each_way)
     notes = [*missed, *_disagreement(rows, fits[chosen]), *notes, *_words(rows, fits, chosen, undecided, hidden)]
-    data = {"slip_velocity": rows.w, "force": rows.force, "force_error": measured.error, "source": rows.source}
+    error = measured.error if measured.stated else np.full(len(rows), math.nan)
+    data = {"slip_velocity": rows.w, "force": rows.force, "force_error": error, "source": rows.source}
     data["motion_force"] = fits[chosen].of_motion(rows)
     command = shlex.join(["stickslip", "identify", *names, "--steady", *(["--law", law] if law else [])])
     return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command, units[0][1], valid, hidden)
