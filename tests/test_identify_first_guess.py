@@ -13,7 +13,7 @@ from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
 from stickslip.identification.records import read_records
 from stickslip.identification.selection.comparison import BY_NAME_ONLY
-from stickslip.identification.static.break_away import break_away_rows
+from stickslip.identification.static.rows import break_away_rows
 from stickslip.laws import (
     BoucWen,
     Coulomb,

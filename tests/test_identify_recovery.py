@@ -18,7 +18,7 @@ from stickslip.identification.kinetic.branch_fit import fit_branches
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import read_records
-from stickslip.identification.static.break_away import break_away_rows
+from stickslip.identification.static.rows import break_away_rows
 from stickslip.laws.numbers import value
 from stickslip.measurement import Rig
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.static.break_away import break_away_rows, is_relative
+from stickslip.identification.static.rows import break_away_rows, is_relative
 from stickslip.laws import Coulomb, Law, StaticKinetic
 
 #: Samples of slips that a page holds, about: some 100 kB.

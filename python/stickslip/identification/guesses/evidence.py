@@ -12,13 +12,8 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.static.break_away import (
-    FEWEST_ROWS,
-    StaticFriction,
-    break_away_rows,
-    fit_static_friction,
-    is_relative,
-)
+from stickslip.identification.static.break_away import StaticFriction, fit_static_friction
+from stickslip.identification.static.rows import FEWEST_ROWS, break_away_rows, is_relative
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]

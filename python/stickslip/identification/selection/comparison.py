@@ -24,7 +24,7 @@ from stickslip.identification.kinetic.force_residuals import OFFSET, Problem
 from stickslip.identification.law_fit import LawFit, Options
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
-from stickslip.identification.static.break_away import break_away_rows, is_relative
+from stickslip.identification.static.rows import break_away_rows, is_relative
 from stickslip.laws import (
     Asymmetric,
     BoucWen,

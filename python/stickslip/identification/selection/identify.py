@@ -21,13 +21,10 @@ from stickslip.identification.law_fit import Options, fit_law
 from stickslip.identification.records import FrictionRecord, opened, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.piece_count import choose_pieces
-from stickslip.identification.static.break_away import (
-    OF_STICK_TIME,
-    fit_static_friction,
-    one_rate,
-    unlike,
-)
+from stickslip.identification.static.break_away import fit_static_friction
+from stickslip.identification.static.caveats import OF_STICK_TIME, unlike
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
+from stickslip.identification.static.rows import one_rate
 from stickslip.laws import (
     Combined,
     Coulomb,
@@ -287,7 +284,7 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
     why = "the break-aways are too few to show growth with stick time"
     if (static := break_aways.static) is not None:
         why = f"static friction over stick time has the {static.chosen} form"
-        if unlike(static):
+        if unlike(static.rows, static.fits):
             why = "the records differ from any one law of stick time"
         elif one_rate(static.rows) and static.chosen != "constant":
             # What looks like growth within one record may be scatter along its loading line. Where several drive velocities
