@@ -22,8 +22,8 @@ from stickslip.show.canvas import ABOVE, in_units, new_axes
 
 SHOWN = 4
 """Records that are drawn one by one; of more the first ones."""
-TOLD_APART = 0.5
-"""A number whose error is a larger share of it is not told apart from 0."""
+DISTINCT = 0.5
+"""A number whose error is a larger share of it may as well be 0."""
 POINTS = 8000
 """Samples that are drawn of each record."""
 
@@ -136,7 +136,7 @@ def _key_numbers(result: Identification) -> dict[str, str]:
 def _best_known(table: pd.DataFrame, units: Mapping[str, str]) -> dict[str, str]:
     """Up to three numbers whose errors are least beside their values, with their units; none that may as well be 0."""
     relative = (table["error"] / table["value"].abs()).sort_values(kind="stable")
-    best = relative.index[:3][relative.to_numpy()[:3] < TOLD_APART]
+    best = relative.index[:3][relative.to_numpy()[:3] < DISTINCT]
     key = {}
     for name in (name for name in table.index if name in best):
         unit = "" if (unit := units.get(str(name), "1")) == "1" else f" {unit}"
