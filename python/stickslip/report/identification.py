@@ -136,7 +136,7 @@ def _key_numbers(result: Identification) -> dict[str, str]:
 def _best_known(table: pd.DataFrame, units: Mapping[str, str]) -> dict[str, str]:
     """Up to three numbers whose errors are least beside their values, with their units; none that may as well be 0."""
     relative = (table["error"] / table["value"].abs()).sort_values(kind="stable")
-    best = relative.index[:3][relative.to_numpy()[:3] < DISTINCT]
+    best = relative.index[relative < DISTINCT][:3]
     key = {}
     for name in (name for name in table.index if name in best):
         unit = "" if (unit := units.get(str(name), "1")) == "1" else f" {unit}"
