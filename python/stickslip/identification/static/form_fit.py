@@ -24,10 +24,9 @@ UNDETERMINED = 1e-5
 """Numbers of a form of which a combination changes the forces less than this part of what each does alone are not told."""
 NEAR = 4.0
 """Forms whose criterion is within this of the lowest do as well: the likelihoods differ by less than e² for one number."""
-EVALUATIONS = 150
-"""Most evaluations of a form in each of the four rounds of its fit, from each starting point."""
-TOLERANCES = (1e-4, 1e-7, 1e-7, 1e-8)
-"""Relative tolerances of the rounds: one that chooses the starting point, two that find the weights of the rows, the last."""
+ROUNDS = ((1e-3, 60), (1e-4, 60), (1e-5, 60), (1e-8, 150))
+"""Relative tolerance and most evaluations of the rounds: one that chooses the starting point, two that find the weights of
+the rows, the last. A form that the rows do not determine runs along a valley: only the last round follows it."""
 APPROACH = (0.02, 2.0)
 """Least and greatest approach of load and limit of a stick, over the rise of the load."""
 
@@ -125,7 +124,7 @@ def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
 
     least = 1e-12 * float(np.abs(force).max()) or 1.0
     sigma = np.full(len(force), max(robust_scale(force - np.median(force)), least))
-    for tolerance in TOLERANCES:
+    for tolerance, evaluations in ROUNDS:
         columns = together / sigma[:, None]
         share = _shares(columns)
 
@@ -134,7 +133,7 @@ def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
             high = share @ rest
             return np.concatenate([rest - columns @ high, high])
 
-        found = minimize(misfit, starts, outlier=OUTLIER, evaluations=EVALUATIONS, tolerance=tolerance)
+        found = minimize(misfit, starts, outlier=OUTLIER, evaluations=evaluations, tolerance=tolerance)
         starts = [found.vector]
         off = in_errors(found.vector, sigma)
         high = share @ off
