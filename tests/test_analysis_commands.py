@@ -230,6 +230,7 @@ def test_refusals_speak_of_the_command_and_its_options(document, capsys, asked, 
     assert sentence in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_torus_is_one_attractor_and_not_drawn_as_several():
     """Where the forcing is weak a torus attracts everything; in a finite window each run on it visits other points."""
     system = ss.Oscillator(0.05, 0.3, ss.laws.StaticKinetic(1.0, 0.5), forcing=ss.Harmonic(0.1, 1.0))

@@ -70,6 +70,7 @@ def test_steady_slip_over_drives_of_two_speeds_is_a_branch_too():
     assert np.linalg.eigvals(matrix).real.max() == pytest.approx(0.0, abs=1e-10)
 
 
+@pytest.mark.slow
 def test_a_chain_without_coupling_ends_as_one_mass_does():
     law, bounds = ss.laws.StaticKinetic(1.0, 0.6), (0.62, 0.7)
     one = ss.critical_velocities(ss.Oscillator(0.05, 0.3, law), bounds)
@@ -185,6 +186,7 @@ def test_what_has_no_critical_velocity_is_refused(change, sentence):
         ss.critical_velocities(replace(TWO, **change))
 
 
+@pytest.mark.slow
 def test_the_command_takes_a_chain(tmp_path, capsys):
     system = tmp_path / "chain.toml"
     system.write_text(TWO.to_toml())
@@ -247,6 +249,7 @@ def test_stick_slip_is_followed_beyond_where_a_run_from_rest_loses_it():
         assert sticks == (speed < found["end_of_stick_slip"])
 
 
+@pytest.mark.slow
 def test_steady_slip_that_is_unstable_at_every_speed_is_said(tmp_path, capsys):
     # Two modes that friction couples: K is not symmetric beyond what its difference of diagonals bears, so they flutter.
     stiffness = np.array([[1.0, 0.5], [-0.5, 1.1]])

@@ -60,7 +60,7 @@ def test_stick_slip_over_neutral_slip_ends_where_its_stick_time_vanishes(law, bo
         (20, {}),
         # Stick-slip goes on above the Hopf point, over a range in which steady slip is stable too. From the fold to the Hopf
         # point a cycle without sticks attracts beside it: runs from beside steady slip end on it at 2.8099, not at 2.8095.
-        (
+        pytest.param(
             584,
             {
                 "nonsmooth_hopf": 2.978587507,
@@ -68,6 +68,7 @@ def test_stick_slip_over_neutral_slip_ends_where_its_stick_time_vanishes(law, bo
                 "nonsmooth_fold": 3.077614022,
                 "end_of_stick_slip": 3.077614022,
             },
+            marks=pytest.mark.slow,
         ),
         # An unstable cycle grazes at 0.95: the start of a run leaves one basin for another, and no motion changes.
         pytest.param(501, {"fold": 1.188411090, "end_of_stick_slip": 1.188411090}, marks=pytest.mark.slow),

@@ -41,7 +41,7 @@ def cubic(law, w):
     ("damping", "stiffness", "law", "position", "velocity", "word"),
     [
         pytest.param(0.1, 1.0, (1.0, 1.5, 0.3), 0.0, 0.0, "supercritical", marks=pytest.mark.slow),
-        (0.1, 1.0, (1.0, 1.5, 0.3), 0.7, 0.0, "supercritical"),
+        pytest.param(0.1, 1.0, (1.0, 1.5, 0.3), 0.7, 0.0, "supercritical", marks=pytest.mark.slow),
         # By F‴ > 0 alone these are supercritical too.
         (0.1, 1.0, (1.0, 1.5, 0.3), 0.0, 0.4, "subcritical"),
         pytest.param(0.77, 0.8, (2.0, 1.2, 0.07), 0.9, 0.0, "subcritical", marks=pytest.mark.slow),

@@ -208,6 +208,7 @@ def forced_slider():
     return ss.Oscillator(0.08, 0.35, law, forcing=ss.Harmonic(0.1, 1.95))
 
 
+@pytest.mark.slow
 def test_a_closed_branch_ends_where_it_meets_its_first_point(forced_slider):
     (branch,) = ss.continuation(forced_slider, "forcing.frequency", (1.5, 2.5), seeds=0).branches
     assert branch.closed
@@ -231,6 +232,7 @@ def test_a_branch_that_is_cut_off_says_by_which_limit(forced_slider):
     assert len(branch.values) == 7
 
 
+@pytest.mark.slow
 def test_a_limit_of_time_keeps_what_is_found(forced_slider, monkeypatch):
     clock = iter(range(1000))
     monkeypatch.setattr("stickslip.simulation.time_limit.time.time", lambda: float(next(clock)))
@@ -271,6 +273,7 @@ def doubling_slider():
     return ss.Oscillator(0.03, 0.12, law, forcing=ss.Harmonic(0.5, 1.7))
 
 
+@pytest.mark.slow
 def test_a_branch_of_twice_the_period_ends_at_the_flip(doubling_slider):
     result = ss.continuation(doubling_slider, "forcing.frequency", (1.6, 2.0), seeds=3)
     doubled, single = sorted(result.branches, key=lambda branch: -branch.orbits[0].forcing_periods)
@@ -291,6 +294,7 @@ def test_a_branch_of_twice_the_period_ends_at_the_flip(doubling_slider):
     assert [point.kind for point in result.special_points] == ["flip"]
 
 
+@pytest.mark.slow
 def test_the_command_line_says_why_a_branch_ends_within_the_bounds(doubling_slider, tmp_path, capsys):
     path = tmp_path / "forced.toml"
     path.write_text(doubling_slider.to_toml())
@@ -340,6 +344,7 @@ def test_starts_find_a_stable_cycle_beside_that_from_rest():
         np.testing.assert_allclose((branch.x_min[here], branch.x_max[here]), ends_of(NESTED.nodes, v), atol=0.01)
 
 
+@pytest.mark.slow
 def test_a_motion_that_starts_end_in_and_no_branch_has_is_said(monkeypatch, tmp_path, capsys):
     module = importlib.import_module("stickslip.dynamics.continuation.branches")
 

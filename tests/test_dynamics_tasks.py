@@ -182,6 +182,7 @@ def test_a_worker_that_is_killed_in_the_middle_changes_no_byte(tmp_path, undistu
     assert contents(tmp_path / "map.zarr") == undisturbed
 
 
+@pytest.mark.slow
 def test_a_damaged_store_is_repaired_or_refused_and_never_different(tmp_path):
     counts, wrong = damaged.outcomes(tmp_path, range(12), 1)
     assert wrong == []
@@ -195,6 +196,7 @@ def test_a_store_that_is_another_one_counts_as_different(tmp_path, monkeypatch):
     assert len(wrong) == 2
 
 
+@pytest.mark.slow
 def test_a_store_that_was_killed_before_it_had_its_name_leaves_nothing(tmp_path):
     program = f"import pathlib, sys, os, signal\nsys.path.insert(0, {str(Path(__file__).parent)!r})\n"
     program += (

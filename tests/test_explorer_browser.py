@@ -39,6 +39,7 @@ def test_the_page_says_the_steady_motion_draws_every_panel_and_names_its_colours
     assert key(fresh, "diagram") == ["stick-slip", "almost-harmonic", "stable slip"]
 
 
+@pytest.mark.slow
 def test_panels_below_are_computed_when_they_are_seen_and_name_their_colours(fresh):
     fresh.run(FRAME)
     assert not any(fresh.run(f"explorer.cells('{panel}')") for panel in ("regimes", "basin"))
@@ -117,6 +118,7 @@ def test_a_handle_follows_the_hand_and_the_arrow_keys(opened):
     assert opened.run("explorer.state.system.law.D") == pytest.approx([after[0], after[1] + 0.01])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "laws", [("TwoBranch", "ExponentialStribeck", "LuGre"), pytest.param((), marks=pytest.mark.slow, id="all")]
 )
@@ -137,6 +139,7 @@ def test_every_law_has_rings_and_each_moves_what_it_is_of(opened, laws):
             opened.run(f"explorer.change([['system.law', {before}]])")
 
 
+@pytest.mark.slow
 def test_friction_of_rock_takes_a_second_state_and_another_evolution(opened):
     def field(words):
         label = f"find((one) => one.textContent.startsWith('{words}'))"
@@ -182,6 +185,7 @@ def test_pencils_go_to_infinity_and_come_back(opened):
             assert "events" in facts(opened)
 
 
+@pytest.mark.slow
 def test_a_link_gives_the_same_page_and_names_what_it_does_not_know(opened, address):
     opened.run("explorer.change([['system.law.B', [-0.5, 1.3]], ['system.damping', 0.31], ['t_end', 120]])")
     said, link = facts(opened), opened.run("explorer.link()")
@@ -200,6 +204,7 @@ def test_a_refused_number_is_said_in_the_words_of_the_core(opened):
     assert facts(opened).startswith("Stick-slip")
 
 
+@pytest.mark.slow
 def test_a_motion_that_carries_on_keeps_to_its_kind(opened):
     opened.run("explorer.open('#stick-slip&start.x0=[1.2]&start.v0=[0]')")
     assert facts(opened).startswith("Stable slip")
@@ -210,6 +215,7 @@ def test_a_motion_that_carries_on_keeps_to_its_kind(opened):
     assert facts(opened).startswith("Stick-slip")
 
 
+@pytest.mark.slow
 def test_what_friction_remembers_is_carried_on_and_kept_by_the_link(opened, address):
     # Nothing sticks: what is remembered is a branch and a corner.
     opened.run("explorer.open('#almost-harmonic&t_end=100')")
@@ -232,6 +238,7 @@ def test_what_friction_remembers_is_carried_on_and_kept_by_the_link(opened, addr
     assert "memory" not in facts(opened)
 
 
+@pytest.mark.slow
 def test_a_law_with_an_internal_state_moves_and_says_how(opened):
     opened.run("explorer.change([['system.law', explorer.data.laws.LuGre.example]])")
     assert "Integrated to 10⁻⁶ a step, without events: the law has an internal state" in facts(opened)
@@ -294,6 +301,7 @@ def test_every_step_of_every_lesson_sets_a_state_and_names_what_is_there(opened)
             assert opened.run(f"{button('Back')}.disabled") == (j == 0), where
 
 
+@pytest.mark.slow
 def test_what_the_lessons_say_is_so(opened):
     def said(link):
         opened.run(f"explorer.open('{link}')")
@@ -314,6 +322,7 @@ def test_what_the_lessons_say_is_so(opened):
     assert said("#stable-slip").startswith("Stable slip")
 
 
+@pytest.mark.slow
 def test_the_questions_of_the_lessons_are_answered_on_the_page(opened):
     # A slider of the lesson moves the state.
     opened.run("explorer.lessons.show(5, 2)")
@@ -340,6 +349,7 @@ def test_the_questions_of_the_lessons_are_answered_on_the_page(opened):
     assert "amplitude" not in said
 
 
+@pytest.mark.slow
 def test_the_orbit_diagram_says_where_the_sweeps_found_another_motion(opened):
     for link, another in (("#forced", True), ("#stick-slip", False), ("#almost-harmonic", False)):
         opened.run(f"explorer.open('{link}')")
@@ -400,6 +410,7 @@ def test_a_lesson_on_a_phone_holds_what_is_moved_beside_the_words_that_answer(op
     assert small == []
 
 
+@pytest.mark.slow
 def test_a_motion_that_does_not_repeat_has_its_exponent(opened):
     opened.run("explorer.open('#forced')")
     assert "does not repeat" in facts(opened)
@@ -413,6 +424,7 @@ def test_a_motion_that_does_not_repeat_has_its_exponent(opened):
     assert opened.run("explorer.idle")
 
 
+@pytest.mark.slow
 def test_a_normal_force_and_a_stop_are_moved_linked_and_exported(opened, address, tmp_path):
     opened.run("explorer.open('#wiper')")
     before = facts(opened)
@@ -502,6 +514,7 @@ def test_the_motion_is_heard_when_asked_and_follows_a_change(opened):
         assert opened.run("explorer.sound.on") is on
 
 
+@pytest.mark.slow
 def test_a_worker_that_falls_silent_is_replaced_and_its_column_named(opened):
     swept(opened)
     # Nothing is heard of this worker after its first three messages.
@@ -520,6 +533,7 @@ def test_a_worker_that_falls_silent_is_replaced_and_its_column_named(opened):
     assert "refused" not in opened.run("document.body.className")
 
 
+@pytest.mark.slow
 def test_panels_can_be_put_away_and_a_link_keeps_them_and_the_moment(opened, address):
     opened.run("document.querySelector('#panel-boxes input[value=spectrum]').click()")
     opened.run("explorer.seek(33)")

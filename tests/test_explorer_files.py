@@ -135,6 +135,7 @@ def test_a_record_dropped_on_the_page_gives_its_law_back(opened, preset, free, s
     assert "stickslip measure orbit.csv --rig RIG.toml" in said
 
 
+@pytest.mark.slow
 def test_a_measured_force_has_its_error_bars(opened):
     rows = [f"{0.1 * i},{0.02 * i},1.2,0.3" for i in range(40)]
     drop(opened, "bars.csv", "\n".join(["t,w,f,force_error", *rows]))
@@ -185,6 +186,7 @@ def drop(browser, name, content):
     )
 
 
+@pytest.mark.slow
 def test_a_saved_page_that_is_dropped_brings_its_motion_and_its_records(opened, address):
     opened.run("explorer.read('orbit.csv', explorer.csv())")
     opened.run("explorer.change([['system.drive_velocity', 0.22]])")
@@ -195,6 +197,7 @@ def test_a_saved_page_that_is_dropped_brings_its_motion_and_its_records(opened, 
     assert facts(opened) == said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drift", [pytest.param(0.0, marks=pytest.mark.slow), 0.5])
 def test_a_friction_file_that_is_dropped_is_the_record_that_the_command_puts_in(opened, tmp_path, drift):
     examples = Path(ss.__file__).parent / "examples"
@@ -225,6 +228,7 @@ def test_a_friction_file_that_is_dropped_is_the_record_that_the_command_puts_in(
     np.testing.assert_allclose(np.ptp(found["x"]), np.ptp(put["x"]), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_an_orbit_that_is_dropped_lies_on_the_motion_of_its_system(opened, tmp_path):
     (tmp_path / "system.toml").write_text(opened.run("explorer.toml()"))
     orbit = tmp_path / "orbit.nc"
@@ -245,6 +249,7 @@ def test_a_packed_netcdf_file_is_refused_with_the_command_that_reads_it(opened, 
     assert "run stickslip explore a.nc" in opened.run("document.getElementById('facts').textContent")
 
 
+@pytest.mark.slow
 def test_several_records_are_fitted_together(opened):
     for preset, name in (("stick-slip", "slow.csv"), ("almost-harmonic", "fast.csv")):
         opened.run(f"explorer.open('#{preset}')")

@@ -136,6 +136,7 @@ def test_offset_needs_slip_in_both_senses():
         identify(orbits(ss.laws.StaticKinetic(1.0, 0.6), (0.2,)), law="StaticKinetic", offset=True)
 
 
+@pytest.mark.slow
 def test_offset_is_found_by_the_comparison_and_only_where_it_is():
     viscous = ss.laws.PiecewiseLinear(nodes=[(0, 0.4), (1, 0.6)], break_away=0.4)
     laws = ["Coulomb", "PiecewiseLinear"]
@@ -254,6 +255,7 @@ def test_wrong_bounds_are_refused(bounds, sentence):
         identify(swept(BENT), law="PiecewiseLinear", pieces=2, bounds=bounds)
 
 
+@pytest.mark.slow
 def test_a_gaussian_fall_is_found_with_its_break_away_and_preferred_to_a_bristle():
     law = ss.laws.ExponentialStribeck(3.0, 1.8, 0.12, 0.5, exponent=2.0)
     found = compare_laws(swept(law, noise=0.05, seed=4, count=500), ["Dahl", "ExponentialStribeck"])

@@ -96,6 +96,7 @@ def test_nodes_of_the_break_away_force_reach_the_longest_sticks_however_few_they
     assert nodes[2][0] > 2 * nodes[1][0]
 
 
+@pytest.mark.slow
 def test_a_fall_of_friction_is_guessed_with_numbers_that_make_a_law():
     # Left to itself the linear fit has a negative kinetic force; LuGre's began from 2.5 instead of 0.7.
     found = identify(records(CURVE, (0.1, 0.3)), law="LuGre").law
@@ -111,7 +112,12 @@ def test_slip_at_one_speed_is_refused_for_a_logarithm_of_it():
     ("law", "frequency", "why"),
     [
         (LuGre(240.0, 4.9, 0.05, 1.04, 1.8, 0.107), 0.5, "held at a guess, bristles made kinetic friction 0.57 ± 0.09"),
-        (LuGre(30.9, 0.91, 0.177, 1.176, 2.018, 0.099), 0.35, "friction falls while the bristles still give way"),
+        pytest.param(
+            LuGre(30.9, 0.91, 0.177, 1.176, 2.018, 0.099),
+            0.35,
+            "friction falls while the bristles still give way",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_bristles_are_fitted_where_the_record_shows_them_and_the_other_numbers_are_right_then(law, frequency, why):

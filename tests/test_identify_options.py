@@ -167,7 +167,9 @@ def test_a_command_without_a_simulation_serves_records_of_all_kinds(files, capsy
     assert capsys.readouterr() == plain
 
 
-@pytest.mark.parametrize("path", ["curve", pytest.param("static", marks=pytest.mark.slow), "step"])
+@pytest.mark.parametrize(
+    "path", ["curve", pytest.param("static", marks=pytest.mark.slow), pytest.param("step", marks=pytest.mark.slow)]
+)
 def test_a_fit_to_tables_has_a_page_too(path, files, tmp_path):
     name, chosen_by = files[path]
     assert main(["identify", str(name), *chosen_by, "--report", str(tmp_path / "page.html")]) == 0

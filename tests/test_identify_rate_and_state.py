@@ -51,7 +51,12 @@ def steps_record(form: str, seed: int, noise: float = 3e-4, wave: float = 0.0) -
 
 
 @pytest.mark.parametrize(
-    ("form", "wave"), [pytest.param("aging", 0.0, marks=pytest.mark.slow), ("slip", 0.0), ("aging", 2e-3)]
+    ("form", "wave"),
+    [
+        pytest.param("aging", 0.0, marks=pytest.mark.slow),
+        pytest.param("slip", 0.0, marks=pytest.mark.slow),
+        ("aging", 2e-3),
+    ],
 )
 def test_known_numbers_lie_in_their_intervals(form: str, wave: float) -> None:
     fit = fit_velocity_steps(measure(steps_record(form, seed=1, wave=wave), RIG))

@@ -65,6 +65,7 @@ def test_report_names_the_law_its_numbers_and_what_was_assumed(found):
     assert "one drive velocity" in text
 
 
+@pytest.mark.slow
 def test_a_report_leads_with_numbers_that_are_told_apart_from_zero(found):
     def key(errors):
         parameters = found.parameters.assign(error=found.parameters["value"] * errors)

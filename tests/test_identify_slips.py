@@ -145,6 +145,7 @@ def test_a_law_that_makes_other_slips_is_refused(first):
         fit_trajectories(other, settled_after=0.0, shooting="slips", starts=1, bounds={"kinetic": (0.1, 0.25)})
 
 
+@pytest.mark.slow
 def test_command_shoots_by_slips_within_bounds(frictions, tmp_path, capsys):
     names = []
     for number, tree in enumerate(frictions):

@@ -178,6 +178,7 @@ def test_the_offset_of_a_robots_torque_is_found_by_the_comparison(shared_data: P
     assert "that keeps its sign when the motion turns" in " ".join(found.notes)
 
 
+@pytest.mark.slow
 def test_a_slow_robot_joint_is_fitted_as_well_as_published(shared_data: Path) -> None:
     found = fit_steady(measured(shared_data, "robot_joint_fairino", "robot_joint_nnfm/fairino*.csv"))
     assert found.chosen == "logarithmic, asymmetric"  # torque grows with speed one way and hardly the other

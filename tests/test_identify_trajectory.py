@@ -382,7 +382,7 @@ def test_what_a_fit_of_motions_tells_is_no_longer_called_undecided(first):
     assert re.search(r"rms distance of the motions: 0.0049\d* of the displacement's standard deviation", found.report())
 
 
-@pytest.mark.parametrize(("level", "said"), [(0.9, False), (0.95, True)])
+@pytest.mark.parametrize(("level", "said"), [pytest.param(0.9, False, marks=pytest.mark.slow), (0.95, True)])
 def test_a_tie_that_the_motions_contradict_is_named(level, said):
     law = ss.laws.Combined(ss.laws.LogarithmicDwell(level, 0.08, 0.3), ss.laws.ExponentialStribeck(0.9, 0.7, 0.1, 0.05))
     items = read_records([record(law, s, 0.05, t_end=200.0) for s in (0.1, 0.3)])

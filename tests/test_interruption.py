@@ -332,7 +332,7 @@ def test_continue_keeps_what_it_has_at_ctrl_c(tmp_path, monkeypatch, capsys):
     assert set(cycles.values.tolist()) < set(whole.branches[1].values)
 
 
-@pytest.mark.parametrize("kind", ["hopf", "crossing_sliding"])
+@pytest.mark.parametrize("kind", [pytest.param("hopf", marks=pytest.mark.slow), "crossing_sliding"])
 def test_a_locus_keeps_what_it_has_at_ctrl_c(kind, tmp_path, monkeypatch, capsys):
     if kind == "hopf":
         system = ss.Oscillator(0.1, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5))

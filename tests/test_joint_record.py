@@ -336,7 +336,9 @@ def test_an_arm_without_gravity_is_given_none() -> None:
     assert "gravity" not in found.chosen
 
 
-@pytest.mark.parametrize(("extra", "drift", "words"), [(0.03, 0.0, "position"), (0.0, 0.4, "time")])
+@pytest.mark.parametrize(
+    ("extra", "drift", "words"), [(0.03, 0.0, "position"), pytest.param(0.0, 0.4, "time", marks=pytest.mark.slow)]
+)
 def test_a_force_that_no_form_has_is_said_first_and_makes_the_intervals_wider(extra, drift, words) -> None:
     found = fit_steady(arm(2, extra=extra, drift=drift))
     assert found.notes[0].startswith(f"What this form leaves of the force follows the {words}, and no form explains it")

@@ -196,6 +196,7 @@ def two_cycles():
     return orbit, ss.manifold(orbit, length=0.8, spacing=0.05)
 
 
+@pytest.mark.slow
 def test_the_unstable_manifold_of_a_cycle_leads_to_the_attractors_on_both_sides(two_cycles):
     orbit, found = two_cycles
     assert found.multiplier == pytest.approx(1.2433042, abs=1e-6)

@@ -75,6 +75,7 @@ def test_what_all_break_aways_have_in_common_is_not_averaged_down(fit):
     assert 0.9 < widths[1] / (2 * 1.96 * rate * late) < 1.3
 
 
+@pytest.mark.slow
 def test_a_stick_is_not_lost_where_one_slip_differs_from_the_usual_fall():
     friction, late = measured(FALLING, 0.06, 0.004, 12.0, 1e-5)
     oscillator = ss.Oscillator(DAMPING, 0.06, FALLING, mass=MASS, stiffness=STIFFNESS)
@@ -86,6 +87,7 @@ def test_a_stick_is_not_lost_where_one_slip_differs_from_the_usual_fall():
     assert np.abs(rest[slips & (friction["time"].to_numpy() > 0.1)]).max() < 0.8
 
 
+@pytest.mark.slow
 def test_where_no_law_is_asked_for_growth_and_a_curve_of_kinetic_friction_are_both_taken():
     found = identify([measured(FALLING, drive, 0.004, 5.0, 1e-5)[0] for drive in (0.01, 0.025, 0.06)])
     assert isinstance(found.law, Combined)

@@ -43,6 +43,7 @@ def test_where_inertia_makes_most_of_the_force_the_offset_is_that_of_inertia_and
     assert any("-0.0043" in note and "inertia and friction" in note for note in friction.attrs["notes"])
 
 
+@pytest.mark.slow
 def test_a_correlation_that_is_none_is_refused(tmp_path):
     path = files(tmp_path, lambda w, a, rng: MASS * a + FRICTION * np.sign(w) + rng.standard_normal(len(w)))
     with pytest.raises(InputError, match=r"cannot be told.*give clock_offset in the rig, or the inertia"):

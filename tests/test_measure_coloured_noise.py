@@ -59,7 +59,7 @@ def named(friction, words):
     ("correlation", "deviation", "seed"),
     [
         (0.5, 2e-5, 0),
-        (0.9, 5e-6, 1),
+        pytest.param(0.9, 5e-6, 1, marks=pytest.mark.slow),
         *(pytest.param(0.9, 2e-5, seed, marks=pytest.mark.slow) for seed in range(2, 20)),
     ],
 )
@@ -80,6 +80,7 @@ def test_of_white_noise_no_colour_is_said():
     assert not friction.attrs["notes"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", [0.97, *(pytest.param(part, marks=pytest.mark.slow) for part in (1.03, 1.1))])
 def test_a_stiffness_that_the_slips_contradict_is_named(part):
     notes = named(measured(0.0, 5e-6, 0, part * STIFFNESS), "the slips swing at")

@@ -57,6 +57,7 @@ def test_a_row_of_units_counts_where_the_rig_gives_none_and_that_is_said(tmp_pat
     assert notes(path, rig(), "V is none that is known, so give the unit of that column in the rig")
 
 
+@pytest.mark.slow
 def test_a_record_that_is_given_twice_counts_once(tmp_path):
     path = written(tmp_path / "r.csv", "t,v,F\n")
     other = written(tmp_path / "copy.csv", "t,v,F\n")

@@ -168,6 +168,7 @@ def whole(belt):
     return measure({"t": t, "x": x}, rig)
 
 
+@pytest.mark.slow
 def test_break_aways_beyond_the_range_of_the_instrument_are_not_invented(belt, whole):
     t, x, rig = belt
     cut = measure({"t": t, "x": np.minimum(x, np.quantile(x, 0.8))}, rig)

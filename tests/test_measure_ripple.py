@@ -79,8 +79,8 @@ def measured(kind, seed):
 
 
 KINDS = ["belt", "base", "camera", "puller"]
-#: One disturbance that a camera sees and one that it does not; all of them are among the slow tests.
-QUICK = {("belt", 101), ("puller", 101)}
+#: All others are among the slow tests.
+QUICK = {("belt", 101)}
 CASES = [
     pytest.param(kind, seed, marks=() if (kind, seed) in QUICK else pytest.mark.slow)
     for kind in KINDS
@@ -103,7 +103,7 @@ def test_a_line_of_the_sticks_is_named_and_no_creep(kind, seed):
     assert found.loc["kinetic", "value"] == pytest.approx(KINETIC, abs=1e-3)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", ["belt", *(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS[1:])])
 def test_without_a_ripple_none_is_said(kind):
     random = np.random.default_rng(7)
     damping = 0.0 if kind == "puller" else 0.05
@@ -117,7 +117,7 @@ def test_without_a_ripple_none_is_said(kind):
     assert float(friction["break_away"]["force"].mean()) == pytest.approx(forces.mean(), abs=2e-3)
 
 
-@pytest.mark.parametrize("film", [True, False])
+@pytest.mark.parametrize("film", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_the_error_of_a_film_within_a_pixel_is_no_ripple(film):
     # a hundredth of a pixel, once a pixel: 43 pixels a unit of time seen in 32 frames a unit of time
     rate, pixel = 200 / (2 * math.pi), 1 / 428.8

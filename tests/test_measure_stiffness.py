@@ -97,6 +97,7 @@ def test_of_a_motion_lost_in_its_noise_the_kind_is_unknown_and_no_slips_are_told
     assert any("cannot be told: the slip velocity is known to" in note for note in tree.attrs["notes"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("true", [0.9, pytest.param(1.12, marks=pytest.mark.slow)])
 def test_sticks_correct_the_stiffness_by_a_fifth_at_most(true):
     tree = measure(sticking(168.0, 1100e-6, true), rig(168.0, 1100e-6))
@@ -113,6 +114,7 @@ def test_sticks_that_ask_for_another_spring_are_not_believed():
     assert "correct stiffness, drive_velocity or unit" in note
 
 
+@pytest.mark.slow
 def test_the_rig_can_forbid_it():
     asked = rig(168.0, 1100e-6, recalibrate=False)
     tree = measure(sticking(168.0, 1100e-6, 1.12), asked)

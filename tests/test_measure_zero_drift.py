@@ -38,10 +38,15 @@ def forms(share, kind, count):
     ("share", "kind"),
     [
         (0.02, "line"),
-        (0.1, "to and fro"),
         *(
             pytest.param(share, kind, marks=pytest.mark.slow)
-            for share, kind in [(0.1, "line"), (0.02, "fading"), (0.1, "fading"), (0.02, "to and fro")]
+            for share, kind in [
+                (0.1, "line"),
+                (0.1, "to and fro"),
+                (0.02, "fading"),
+                (0.1, "fading"),
+                (0.02, "to and fro"),
+            ]
         ),
     ],
 )
@@ -56,7 +61,7 @@ def test_a_drift_of_the_zero_is_said_with_its_size_and_held_by_the_intervals(cle
         assert found.loc[name, "high"] - found.loc[name, "low"] < 3.5 * share
 
 
-@pytest.mark.parametrize("seed", [22, 23, 24])
+@pytest.mark.parametrize("seed", [22, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (23, 24))])
 def test_no_drift_is_said_where_there_is_none(clean, seed):
     friction = measured(clean, seed)
     assert not said(friction)
@@ -74,7 +79,14 @@ def test_break_aways_that_grow_are_no_drift_of_the_zero():
     assert not said(measured(x, 25))
 
 
-@pytest.mark.parametrize("drives", [(0.1, 0.16), (0.1, 0.05), (0.14, 0.1, 0.14)])
+@pytest.mark.parametrize(
+    "drives",
+    [
+        (0.1, 0.16),
+        pytest.param((0.1, 0.05), marks=pytest.mark.slow),
+        pytest.param((0.14, 0.1, 0.14), marks=pytest.mark.slow),
+    ],
+)
 def test_a_drive_of_several_speeds_is_said_and_one_of_them_measured(drives):
     pieces = []
     for number, drive in enumerate(drives):

@@ -102,6 +102,7 @@ def coulomb(s, forcing=None):
     return ss.Oscillator(damping=0.28, drive_velocity=s, law=ss.laws.Coulomb(1.0), forcing=forcing)
 
 
+@pytest.mark.slow
 def test_a_model_that_cannot_oscillate_fails():
     table = paper.score(coulomb, forcing_periods=50)
     # Steady slip is all that Coulomb's law can do, from anywhere.

@@ -381,6 +381,7 @@ def quasi_dynamic_returns(law, stiffness, damping, psi, t_end):
     return done.t_events[0], done.y_events[0][:, 1]
 
 
+@pytest.mark.slow
 def test_a_slider_without_mass_obeys_the_quasi_dynamic_equations():
     # With radiation damping d the critical stiffness is (N (b − a) − d V)/L = 0.004; below it cycles, stable ones here.
     law, damping, stiffness = replace(ONE, b=0.015), 1e-3, 0.0035

@@ -165,6 +165,7 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(make, sentence):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bounds", "words"),
     [

@@ -299,10 +299,11 @@ def multipliers_by_differences(cycle: ss.PeriodicOrbit, step: float) -> np.ndarr
 @pytest.mark.parametrize(
     ("system", "t_end", "step"),
     [
-        (
+        pytest.param(
             ss.chain(20, ss.laws.ExponentialStribeck(1.0, 0.9, 0.1, 0.3), 0.0178, coupling=3.0, damping=0.3),
             6000.0,
             1e-6,
+            marks=pytest.mark.slow,
         ),
         (ss.chain(20, ss.laws.StaticKinetic(1.0, 0.5), 0.0506, coupling=0.3), 4000.0, 1e-5),
         (shaken(20), 400 * 2 * math.pi / 1.3, 1e-5),

@@ -174,6 +174,7 @@ def test_bouc_wen_of_exponent_one_is_dahl():
     assert bouc == pytest.approx(dahl, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_elasto_plastic_contact_does_not_drift_where_lugre_does():
     # Below break-away: the same small oscillating load around a mean, Dupont et al. 2002, Fig. 5.
     drift = {}
@@ -223,7 +224,9 @@ def test_adhesion_that_creeps_within_the_error_of_the_integration_makes_no_event
     assert 0 < orbit.to_xarray([0.45])["slip_velocity"].item() < 1e-20
 
 
-@pytest.mark.parametrize("node", [3.0, 3.4, 5.0])
+@pytest.mark.parametrize(
+    "node", [pytest.param(3.0, marks=pytest.mark.slow), pytest.param(3.4, marks=pytest.mark.slow), 5.0]
+)
 def test_a_step_shorter_than_the_clock_can_tell_ends_no_run(node):
     # ṡ jumps at the node, after which the state moves faster than LSODA expects: its first step does not change t.
     law = ss.laws.RateState(

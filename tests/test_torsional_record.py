@@ -78,6 +78,7 @@ def test_the_picture_of_a_torsional_record_has_its_units(folder):
     assert agreement.table.loc["main line", "ratio"] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_where_the_rig_does_not_say_what_swings_the_law_is_found_and_the_remedy_named(folder, capsys):
     friction = measured(folder, "unknown", "")
     law = folder / "alone.toml"
@@ -108,6 +109,7 @@ SPRING = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("instrument", ["displacement", pytest.param("spring_force", marks=pytest.mark.slow)])
 def test_a_mass_that_turns_is_measured_by_its_spring(instrument, folder, capsys):
     # The same motion twice: as the torque of the shaft, and as its twist in degrees.

@@ -141,6 +141,7 @@ def torque(tmp_path):
     return tmp_path / "friction.nc"
 
 
+@pytest.mark.slow
 def test_python_and_the_command_line_choose_the_same_law(tmp_path):
     path = torque(tmp_path)
     assert main(["identify", str(path), "-o", str(tmp_path / "law.toml")]) == 0
