@@ -72,7 +72,8 @@ test-core: .tools/.rust
 	MAKEFLAGS= cargo test --quiet --release --package stickslip-judge
 
 test-python: .venv/.built
-	$(BIN)/python -m pytest --quiet --numprocesses auto --dist loadfile $(PYTEST)
+	@# a process for each core: threads of the linear algebra would only wait for each other
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --quiet --numprocesses auto --dist loadfile $(PYTEST)
 
 test-slow: .venv/.built
 	$(BIN)/python docs/evidence/slow_tests.py --keep build/slow-tests.jsonl

@@ -274,6 +274,7 @@ def test_chaos_is_told_from_a_torus_and_from_a_period(engine):
     assert np.isnan(slow["chaos"][0])
 
 
+@pytest.mark.slow
 def test_long_periods_and_weak_chaos_are_told_apart():
     # Known otherwise: periods from the returns of longer runs, chaos from exponents of +0.0093 and +0.0074.
     law = ss.laws.smooth_from_function(

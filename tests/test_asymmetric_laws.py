@@ -183,6 +183,7 @@ def test_friction_that_differs_between_the_directions_is_found_from_a_record():
         identify(friction_of_orbit(one_way, np.arange(0, 100, 0.1), 0.005, seed=1), law="Asymmetric")
 
 
+@pytest.mark.slow
 def test_a_curve_with_a_memory_is_found_from_records():
     law = Combined(DwellTime(1.0, 0.4, 0.3), ExponentialStribeck(1.0, 0.6, 0.3, 0.1))
     records = []

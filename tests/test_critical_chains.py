@@ -79,6 +79,7 @@ def test_a_chain_without_coupling_ends_as_one_mass_does():
     assert two["end_of_stick_slip"] == pytest.approx(one["end_of_stick_slip"], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_end_of_stick_slip_is_the_fold_of_its_cycle_and_runs_show_it():
     found = ss.critical_velocities(TWO, (0.3, 0.6))
     assert dict(found) == {"fold": pytest.approx(0.440946284, abs=1e-8), "end_of_stick_slip": found["fold"]}

@@ -43,7 +43,7 @@ def cubic(law, w):
         pytest.param(0.1, 1.0, (1.0, 1.5, 0.3), 0.0, 0.0, "supercritical", marks=pytest.mark.slow),
         pytest.param(0.1, 1.0, (1.0, 1.5, 0.3), 0.7, 0.0, "supercritical", marks=pytest.mark.slow),
         # By F‴ > 0 alone these are supercritical too.
-        (0.1, 1.0, (1.0, 1.5, 0.3), 0.0, 0.4, "subcritical"),
+        pytest.param(0.1, 1.0, (1.0, 1.5, 0.3), 0.0, 0.4, "subcritical", marks=pytest.mark.slow),
         pytest.param(0.77, 0.8, (2.0, 1.2, 0.07), 0.9, 0.0, "subcritical", marks=pytest.mark.slow),
         pytest.param(0.57, 0.5, (2.0, 1.3, 0.11), 0.9, 0.0, "subcritical", marks=pytest.mark.slow),
         (0.5, 0.5, (2.0, 1.3, 0.11), 0.9, 0.1, "subcritical"),
@@ -66,6 +66,7 @@ def test_a_normal_force_that_varies_counts(damping, stiffness, law, position, ve
     assert grows(one, damping * one, stiffness * one, friction, state, 0.08) == (word == "subcritical")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("laws", "which", "word"),
     [

@@ -76,6 +76,7 @@ def test_an_interrupted_run_keeps_what_is_finished(tmp_path, undisturbed):
     assert contents(tmp_path / "map.zarr") == undisturbed
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_one_sentence_and_loses_nothing(tmp_path, undisturbed, monkeypatch):
     written, put = [], zarr.storage._local._put
 

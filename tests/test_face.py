@@ -131,7 +131,13 @@ RESULTS = {
 }
 
 
-@pytest.mark.parametrize("make", RESULTS.values(), ids=RESULTS)
+LONGER = {"critical velocities"}
+
+
+@pytest.mark.parametrize(
+    "make",
+    [pytest.param(make, marks=[pytest.mark.slow] if name in LONGER else [], id=name) for name, make in RESULTS.items()],
+)
 def test_a_result_is_equal_to_its_copies(make):
     result = make()
     for again in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):

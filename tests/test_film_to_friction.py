@@ -160,6 +160,7 @@ def chain_on_film(path, damping, rate, periods):
         check(friction[f"mass_{mass}"], time, force[:, mass], events, f"mass {mass}")
 
 
+@pytest.mark.slow
 def test_masses_that_pull_on_each_other_give_the_friction_on_each(tmp_path):
     chain_on_film(tmp_path / "film.avi", (0.1, 0.25), 60, 4.0)
 

@@ -193,6 +193,7 @@ def test_free_force_rate_is_not_called_tied():
     assert not [note for note in found.notes if "tied" in note or "cannot be told apart" in note]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("records", [1, 2])
 def test_an_error_of_the_zero_is_in_a_break_away_and_its_slip_alike(records):
     """So it tells nothing of growth where one is compared with the other, and moves the level alone."""
@@ -312,6 +313,7 @@ def test_a_bent_surface_is_chosen_where_no_form_fits():
     assert found.best.parameters.loc["ab", "value"] == pytest.approx(0.05, abs=0.004)
 
 
+@pytest.mark.slow
 def test_a_fall_of_f_s_without_rest_is_recovered_with_growth_beside_it_and_without():
     # The shape of the paper's law: 0.68 + 1.24/(1 + (δ/0.3695)^10), twelve break-aways at each of seven drive velocities.
     random = np.random.default_rng(3)
@@ -466,7 +468,7 @@ def test_a_form_that_no_law_has_gives_way_to_the_closest_that_a_law_has():
     ("form", "law"),
     [
         ("exponential", DwellTime(kinetic=0.5, limit=0.3, rate=0.3)),
-        ("Kato", DwellTime(kinetic=0.5, limit=0.3, rate=0.3, exponent=0.5)),
+        pytest.param("Kato", DwellTime(kinetic=0.5, limit=0.3, rate=0.3, exponent=0.5), marks=pytest.mark.slow),
         ("logarithmic with onset", LogarithmicDwell(kinetic=0.5, growth=0.06, onset=1.0)),
     ],
 )
@@ -483,6 +485,7 @@ def test_the_form_of_the_law_is_chosen_or_named_among_those_that_do_as_well(form
         assert re.search(r"fitted numbers ([\d.]+ to [\d.]+);", said)[1] == f"{min(ends):.4g} to {max(ends):.4g}"
 
 
+@pytest.mark.slow
 def test_forms_that_part_far_beyond_the_rests_are_not_extrapolated():
     notes = ""
     for seed in range(4):

@@ -149,6 +149,7 @@ def test_offset_is_found_by_the_comparison_and_only_where_it_is():
     assert "No offset is called for" in plain.report()
 
 
+@pytest.mark.slow
 def test_law_with_memory_wins_on_held_back_records_and_the_rest_is_worse():
     law = ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.3)
     found = compare_laws(orbits(law), ["Coulomb", "StaticKinetic", "DwellTime"])

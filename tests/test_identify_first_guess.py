@@ -108,6 +108,7 @@ def test_slip_at_one_speed_is_refused_for_a_logarithm_of_it():
         identify(records(Coulomb(0.5), (0.2,), 0.5), law="RateState")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "frequency", "why"),
     [

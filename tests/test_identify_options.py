@@ -85,7 +85,12 @@ def files(tmp_path_factory):
     }
 
 
-@pytest.mark.parametrize("path", command.PATHS)
+LONGER = {"step", "trajectories"}
+
+
+@pytest.mark.parametrize(
+    "path", [pytest.param(path, marks=[pytest.mark.slow] if path in LONGER else []) for path in command.PATHS]
+)
 def test_every_option_is_used_or_refused_on_every_path(path, files, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     name, chosen_by = files[path]

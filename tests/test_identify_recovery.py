@@ -62,7 +62,7 @@ FEW, MANY = (5, 3, 0.35, 3.0), pytest.param((30, 25, 0.65, 1.6), marks=pytest.ma
 @pytest.mark.parametrize(
     ("law", "velocities"),
     [
-        (ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6), [0.2]),
+        pytest.param(ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6), [0.2], marks=pytest.mark.slow),
         pytest.param(ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.3), [0.05, 0.1, 0.2], marks=pytest.mark.slow),
     ],
     ids=["StaticKinetic", "DwellTime"],

@@ -63,6 +63,7 @@ def test_impulses_of_the_gauge_move_the_law_by_less_than_its_error(first, refine
     assert off["kinetic"] < 2e-4
 
 
+@pytest.mark.slow
 def test_a_number_stays_within_its_bounds_and_that_is_said(first):
     found = fit_trajectories(first, settled_after=0.0, starts=1, bounds={"kinetic": (0.61, 0.7)})
     assert found.law.kinetic == pytest.approx(0.61)

@@ -89,6 +89,7 @@ def test_load_and_drift_are_told_from_velocity() -> None:
         assert inside(found.parameters, name, value)
 
 
+@pytest.mark.slow
 def test_a_force_of_the_place_is_told_from_friction() -> None:
     rng = np.random.default_rng(0)
     place = np.sin(np.linspace(0, 12, 40))
@@ -197,6 +198,7 @@ def test_a_robot_joint_has_its_torques_in_the_interval(shared_data: Path) -> Non
     assert "an offset of the instrument or of gravity cannot be told" in " ".join(found.notes)
 
 
+@pytest.mark.slow
 def test_seal_friction_grows_with_the_pressure(shared_data: Path) -> None:
     ring = fit_steady(
         measured(shared_data, "pneumatic_seal_o_ring", "pneumatic_seal/O-ring257_*.csv", "pneumatic_seal/rerun*.csv")
@@ -380,6 +382,7 @@ def test_speed_and_load_that_are_one_are_not_both_in_the_form() -> None:
     assert "logarithm -" in said
 
 
+@pytest.mark.slow
 def test_friction_that_differs_by_the_sense_is_told_from_an_offset(tmp_path: Path) -> None:
     rng = np.random.default_rng(9)
     w = np.concatenate([np.linspace(0.05, 1, 20), -np.linspace(0.05, 1, 20)])

@@ -71,6 +71,7 @@ def test_two_lengths_of_one_step_lie_in_their_intervals(form: str) -> None:
     assert fit.rms[form] < 0.8 * fit_velocity_step(friction).rms[form]
 
 
+@pytest.mark.slow
 def test_basalt_jumps_and_its_steady_friction_does_not_change(shared_data: Path) -> None:
     path = shared_data / "rock_velocity_steps" / "velstep4_BRAVA_expb819_basalt.txt"
     if not path.exists():

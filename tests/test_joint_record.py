@@ -155,6 +155,7 @@ def test_the_picture_of_a_joint_shows_its_low_speeds(joint: xr.DataTree) -> None
     assert labels == ["measured", "Gaussian Stribeck, asymmetric", "medians in bins of speed"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [0.0189, pytest.param(0.0231, marks=pytest.mark.slow)])
 def test_a_wrong_inertia_is_named_and_no_spring_is_invented(given: float) -> None:
     found = fit_steady(ss.measure(recorded(JOINT), {**RIG, "inertia": given}), law="ExponentialStribeck")
@@ -302,6 +303,7 @@ def test_an_offset_that_was_fitted_is_in_the_law_file(tmp_path) -> None:
     assert names["beside_friction"](0.0, 0.0) == found.offset["value"]
 
 
+@pytest.mark.slow
 def test_a_law_of_the_motion_is_refused_where_gravity_makes_its_numbers_and_the_curve_each_way_has_both() -> None:
     t = np.arange(0, 40, 0.02)
     w = 0.5 * np.sin(0.7 * t) + 0.2 * np.sin(1.9 * t)
@@ -337,7 +339,11 @@ def test_an_arm_without_gravity_is_given_none() -> None:
 
 
 @pytest.mark.parametrize(
-    ("extra", "drift", "words"), [(0.03, 0.0, "position"), pytest.param(0.0, 0.4, "time", marks=pytest.mark.slow)]
+    ("extra", "drift", "words"),
+    [
+        pytest.param(0.03, 0.0, "position", marks=pytest.mark.slow),
+        pytest.param(0.0, 0.4, "time", marks=pytest.mark.slow),
+    ],
 )
 def test_a_force_that_no_form_has_is_said_first_and_makes_the_intervals_wider(extra, drift, words) -> None:
     found = fit_steady(arm(2, extra=extra, drift=drift))

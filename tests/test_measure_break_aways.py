@@ -96,6 +96,7 @@ def test_where_no_law_is_asked_for_growth_and_a_curve_of_kinetic_friction_are_bo
     assert found.rms < 0.1
 
 
+@pytest.mark.slow
 def test_a_search_that_steps_to_where_growth_does_not_act_comes_back(monkeypatch):
     records = [measured(FALLING, drive, 0.004, 5.0, 1e-5)[0] for drive in (0.01, 0.025, 0.06)]
     solve, calls = branch_fit._solve, []

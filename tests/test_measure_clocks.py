@@ -34,6 +34,7 @@ def rig(**more):
     }
 
 
+@pytest.mark.slow
 def test_where_inertia_makes_most_of_the_force_the_offset_is_that_of_inertia_and_friction(tmp_path):
     path = files(tmp_path, lambda w, a, rng: MASS * a + FRICTION * np.sign(w) + rng.standard_normal(len(w)))
     friction = measure(path, rig(inertia=MASS))

@@ -76,6 +76,7 @@ def test_crane_clocks_are_joined_without_being_told(shared_data: Path, tmp_path:
     assert f.attrs["force"] == pytest.approx(20, abs=1)
 
 
+@pytest.mark.slow
 def test_seal_friction_is_half_the_loop(shared_data: Path) -> None:
     f = measured(shared_data, "pneumatic_seal_o_ring", "pneumatic_seal/O-ring257_*.csv", "pneumatic_seal/rerun*.csv")
     steady = f["steady"].to_dataset()
@@ -142,6 +143,7 @@ def test_robot_torque_has_an_offset(shared_data: Path) -> None:
     assert f.attrs["force"] == pytest.approx(0.36, abs=0.08)
 
 
+@pytest.mark.slow
 def test_friction_damper_in_inches_and_kips(shared_data: Path) -> None:
     f = measured(shared_data, "friction_damper", "friction_damper/dataset1_*.json")
     levels = f["levels"].to_dataset()

@@ -39,6 +39,7 @@ def test_slow_stick_slip_has_its_slips(shared_data: Path) -> None:
     assert any("stiffness re-calibrated from 168" in note for note in f.attrs["notes"])
 
 
+@pytest.mark.slow
 def test_middle_speed_is_stick_slip(shared_data: Path) -> None:
     f = friction(shared_data, "k168_v1100")
     assert f.attrs["regime"] == "stick_slip"

@@ -236,6 +236,7 @@ def textbook(t, y, law, mass, stiffness):
     return [1.0 - w, (stiffness * x - friction - 0.003 * np.cos(0.8 * t)) / mass, *rates]
 
 
+@pytest.mark.slow
 def test_a_periodic_orbit_with_two_states_closes_under_another_integrator_and_has_its_multipliers():
     mass = 0.02
     stiffness = 1.3 * critical(TWO, 1.0, mass)[1]

@@ -207,6 +207,7 @@ def own_law(break_away: float | None) -> ss.Oscillator:
 SLIP_GRAZES, STICK_SLIP_GRAZES = 0.855099474268, 0.8638564134765
 
 
+@pytest.mark.slow
 def test_stick_slip_and_the_slip_cycle_from_the_hopf_point_are_two_branches_where_they_do_not_meet() -> None:
     """With static friction above f(0) an orbit that grazes is thrown far away: those on both sides have no common limit."""
     result = ss.continuation(own_law(1.15), "drive_velocity", (0.8, 0.9), seeds=0)

@@ -42,6 +42,7 @@ def pair_by_scipy(t):
     return solve_ivp(rates, (0, t[-1]), start, t_eval=t, method="Radau", rtol=1e-11, atol=1e-13).y[:2].T
 
 
+@pytest.mark.slow
 def test_two_masses_under_lugre_move_as_an_independent_run_says():
     t = np.linspace(0, 5, 51)
     orbit = ss.simulate(PAIR, 5.0)

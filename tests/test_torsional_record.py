@@ -236,6 +236,7 @@ def test_samples_beside_a_stick_are_no_rows_of_the_curve():
         assert abs(value - truth) < 3 * error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scale", "said"), [(1.5, True), (1e-3, False)])
 def test_a_fall_at_low_slip_speed_is_said_where_the_law_has_one_number(scale, said):
     notes = " ".join(ss.identify(turned(scale)).notes)

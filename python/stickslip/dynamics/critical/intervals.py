@@ -51,7 +51,8 @@ def critical_intervals(
     >>> from stickslip.laws import StaticKinetic
     >>> covariance = pd.DataFrame([[1e-4]], index=["kinetic"], columns=["kinetic"])
     >>> law = StaticKinetic(1.0, 0.6).with_covariance(covariance)
-    >>> critical_intervals(Oscillator(0.1, 1.0, law), 10, seed=0).loc["end_of_stick_slip"].round(3).to_dict()
+    >>> found = critical_intervals(Oscillator(0.1, 1.0, law), 10, seed=0, bounds=(0.4, 0.5))
+    >>> found.loc["end_of_stick_slip"].round(3).to_dict()
     {'low': 0.426, 'high': 0.452, 'laws': 10.0}
     """
     if not isinstance(system, Oscillator):
