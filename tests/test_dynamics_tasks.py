@@ -42,6 +42,7 @@ def undisturbed(tmp_path_factory):
     return contents(path)
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on_to_the_same_bytes(tmp_path, undisturbed):
     path = tmp_path / "map.zarr"
     program = f"import pathlib, sys, time\nsys.path.insert(0, {str(Path(__file__).parent)!r})\n"

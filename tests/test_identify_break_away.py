@@ -84,6 +84,7 @@ def loaded(seed, slope, chance, begun, count=25):
     return friction(low, start + 10 * low, force_rate=np.full(count, 10.0))
 
 
+@pytest.mark.slow
 def test_sticks_that_happen_to_hold_more_and_so_last_longer_are_no_growth():
     found = [fit_static_friction(loaded(seed, 0.0, 0.02, 0.02)) for seed in range(3)]
     assert [fit.chosen for fit in found] == ["constant"] * 3

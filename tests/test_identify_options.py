@@ -85,7 +85,7 @@ def files(tmp_path_factory):
     }
 
 
-LONGER = {"step", "trajectories"}
+LONGER = {"step", "steps", "trajectories"}
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,7 @@ def files(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 def test_every_record_is_laid_beside_its_motion_and_the_worst_comes_first(files, capsys, tmp_path):
     assert main(["identify", *files, "--law", "StaticKinetic", "--plot", str(tmp_path / "a.png")]) == 0
     said = capsys.readouterr().out

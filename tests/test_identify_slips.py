@@ -38,6 +38,7 @@ def refined(first):
     return fit_trajectories(first, settled_after=0.0, starts=1)
 
 
+@pytest.mark.slow
 def test_scattered_cycles_are_shot_by_slips_and_hold_the_truth(refined):
     assert "Shot by slips: the cycles of record 1 scatter" in " ".join(refined.notes)
     table = refined.parameters

@@ -216,6 +216,7 @@ def test_the_unstable_manifold_of_a_cycle_leads_to_the_attractors_on_both_sides(
     assert sorted(periods[::2]) == pytest.approx(sorted(cycle.period for cycle in known), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_unstable_manifold_of_a_cycle_is_mapped_onto_itself(two_cycles):
     orbit, found = two_cycles
     for curve in found.sides:

@@ -212,6 +212,7 @@ def test_a_drive_that_stops_is_said_and_that_stretch_is_not_measured(moment):
     assert found["break_away"] == pytest.approx(LAW.break_away, abs=0.01)
 
 
+@pytest.mark.slow
 def test_slip_that_becomes_steady_is_no_drive_that_stops():
     fast = ss.Oscillator(damping=DAMPING, drive_velocity=0.6, law=ss.laws.ExponentialStribeck(1.2, 0.7, scale=0.1))
     time = np.arange(0.0, 250.0, STEP)

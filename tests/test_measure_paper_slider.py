@@ -50,6 +50,7 @@ def test_middle_speed_is_stick_slip(shared_data: Path) -> None:
     assert any("inertia that makes the friction force of the slips smoothest is 0.5" in n for n in f.attrs["notes"])
 
 
+@pytest.mark.slow
 def test_fast_motion_is_told_apart_with_its_line(shared_data: Path) -> None:
     f = friction(shared_data, "k168_v4300")
     assert f.attrs["regime"] == "stick_slip"

@@ -69,6 +69,7 @@ def test_gauges_without_velocity_are_drawn_as_tables() -> None:
     assert "rad/s" in ax.get_xlabel()
 
 
+@pytest.mark.slow
 def test_several_masses_get_a_picture_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     law, t = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6), np.arange(0, 25, 0.1)
     x = [ss.simulate(ss.Oscillator(damping=d, drive_velocity=0.3, law=law), 25.0).at(t)[0] for d in (0.05, 0.2)]
