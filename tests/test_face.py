@@ -191,7 +191,10 @@ def test_a_report_names_units_and_gives_numbers_in_the_digits_of_their_errors(tm
     assert "one force rate (30 N/s" in text
     agreement = compare_motion(found.records[0], found)
     assert agreement.shown().loc["stuck share", "error"] == "–"
-    assert agreement.shown().loc["main line", "error"] == f"{agreement.table.loc['main line', 'error']:.2g}"
+    assert (
+        agreement.shown().loc["main line of velocity", "error"]
+        == f"{agreement.table.loc['main line of velocity', 'error']:.2g}"
+    )
     # All break-aways come after rests of 0.19 s: on a logarithmic axis no tick is a whole power.
     axes = found.static.plot()
     assert (axes.get_xscale(), axes.get_xlabel()) == ("linear", "stick time (s)")

@@ -120,7 +120,7 @@ def test_almost_harmonic_motion_is_compared_by_line_and_phase():
     orbit = ss.simulate(ss.paper.oscillator(0.3), 200)
     agreement = compare_motion(friction_of_orbit(orbit, np.arange(0, 200, 0.05)), ss.paper.oscillator(0.3))
     assert agreement.regimes[1] == "almost_harmonic"
-    assert agreement.table.loc["main line", "ratio"] == pytest.approx(1, abs=0.02)
+    assert agreement.table.loc["main line of velocity", "ratio"] == pytest.approx(1, abs=0.02)
     assert agreement.phase_distance < 0.01
 
 

@@ -162,7 +162,8 @@ def test_what_holds_no_curve_is_refused(friction, law, words) -> None:
 @pytest.mark.slow
 def test_the_offset_of_a_robots_torque_is_found_by_the_comparison(shared_data: Path) -> None:
     found = fit_steady(measured(shared_data, "robot_joint_nnfm", "robot_joint_nnfm/franka*.csv"))
-    assert found.chosen.endswith("offset, restoring")
+    # the rigid-body model that was taken off leaves some 0.5 kg m^2 at all speeds
+    assert found.chosen.endswith("offset, restoring, inertia")
     # Coulomb .40, viscous, offset -.17 fitted by hand: rms .148; laws without an offset .23 to .28 as published
     assert inside(found.parameters, "kinetic", 0.40)
     assert inside(found.parameters, "offset", -0.17)

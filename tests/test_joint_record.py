@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from scipy.signal import lfilter
 
 import stickslip as ss
 from stickslip.cli.main import main
@@ -437,3 +438,46 @@ def test_two_levels_of_a_motor_are_said_to_be_no_curve() -> None:
     said = " ".join(found.attrs["notes"])
     assert "one level each" in said
     assert "direct_force" in said
+
+
+SWING = ((0.87, 0.1, 0.0), (0.35, 0.23, 0.4))
+"""Amplitude, frequency and phase of the sines of an angle, rad and Hz."""
+
+
+def swung(friction) -> xr.DataTree:
+    """An arm of 0.12 kg m^2 or none and its weight, beside a friction over time and speed; the rig gives no inertia."""
+    rng, t = np.random.default_rng(5), np.arange(0, 40, 0.004)
+    q, speed, acceleration = (
+        sum(
+            size * (turn := 2 * np.pi * frequency) ** order * np.sin(turn * t + phase + order * np.pi / 2)
+            for size, frequency, phase in SWING
+        )
+        for order in range(3)
+    )
+    torque = friction(t, speed, acceleration) + 3.1 * np.sin(q) - 0.6 * np.cos(q) + 0.03 * rng.standard_normal(t.size)
+    record = {"t": t, "q": q + 3e-5 * rng.standard_normal(t.size), "torque": torque}
+    return ss.measure(record, {key: value for key, value in RIG.items() if key != "inertia"})
+
+
+def test_an_inertia_that_the_rig_does_not_give_is_fitted_and_said() -> None:
+    numbers = {"kinetic": 0.9, "viscous": 1.7, "gravity_sine": 3.1, "gravity_cosine": -0.6, "inertia": 0.12}
+    found = fit_steady(swung(lambda _, w, a: 0.9 * np.sign(w) + 1.7 * w + 0.12 * a))
+    assert found.chosen == "Coulomb + viscous, gravity, inertia"
+    assert found.parameters.index.tolist() == list(numbers)
+    truth, rows = np.array([*numbers.values()]), found.parameters
+    assert (np.abs(rows["value"] - truth) < 3 * rows["error"]).all()
+    assert rows.loc["inertia", "error"] < 0.003
+    assert found.units["inertia"] == "kg m^2"
+    assert sum("the rig gives none. Set inertia in the rig" in note for note in found.notes) == 1
+
+
+def test_friction_that_lags_behind_the_speed_is_no_inertia() -> None:
+    # A fall of friction that comes 20 ms late adds a force along the acceleration, but at low speed only.
+    def late(t, w, _):
+        speed, step = np.abs(w), t[1] - t[0]
+        followed = lfilter([step / 0.02], [1, step / 0.02 - 1], speed)
+        return np.sign(w) * (0.9 + 1.2 * np.exp(-followed / 0.2)) + 0.2 * w
+
+    found = fit_steady(swung(late))
+    assert "inertia" not in found.chosen
+    assert not any("the rig gives none" in note for note in found.notes)

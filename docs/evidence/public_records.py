@@ -227,5 +227,5 @@ def page(table: dict[str, list[Row]]) -> str:
 
 
 if __name__ == "__main__":
-    where = Path(sys.argv[1] if len(sys.argv) > 1 else os.environ.get("STICKSLIP_DATA", "shared/data"))
+    where = Path(sys.argv[1] if len(sys.argv) > 1 else os.environ.get("STICKSLIP_DATA", "../shared/data"))
     PAGE.write_text(page(rows(where)), encoding="utf-8")

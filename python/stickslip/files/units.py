@@ -124,6 +124,10 @@ POWERS = {
 }
 
 
+OF_INERTIA = {"N s^2/m": "kg", "N m s^2/rad": "kg m^2"}
+"""Units of inertia by their usual names."""
+
+
 def unit_of(dimension: str, force: str = "N", length: str = "m", time: str = "s") -> str:
     """The unit of a product such as ``"force velocity^-1"`` from those of force, length and time; "1" for a pure number.
 
@@ -147,7 +151,8 @@ def unit_of(dimension: str, force: str = "N", length: str = "m", time: str = "s"
         for sign in (1, -1)
     )
     under = " ".join(below) if len(below) < 2 else f"({' '.join(below)})"
-    return " ".join(above + rest or ["1"]) + (f"/{under}" if below else "")
+    unit = " ".join(above + rest or ["1"]) + (f"/{under}" if below else "")
+    return OF_INERTIA.get(unit, unit)
 
 
 def find_unit(unit: str, dimensions: Sequence[str], where: str) -> tuple[str, float]:

@@ -21,8 +21,6 @@ DIMENSIONS = {
     "force time^2 length^-1": r"(fitted_|subtracted_)?(mass|inertia)",
 }
 """Dimension -> the names of the facts that have it; all others are counts, shares and words."""
-SHORT = {"1/s": "Hz", "N s^2/m": "kg", "N m s^2/rad": "kg m^2"}
-"""Units that have a name of their own."""
 
 
 def summary(friction: xr.DataTree) -> dict[str, str]:
@@ -70,7 +68,7 @@ def texts_and_units(friction: xr.DataTree) -> dict[str, tuple[str, str]]:
         )
         error = errors.get(name) or errors.get(name.removesuffix("_force"), "")
         text = value if isinstance(value, str) else rounded(value, float(found.get(error, 0.0)))
-        texts[name] = text, SHORT.get(unit, unit)
+        texts[name] = text, "Hz" if unit == "1/s" else unit
     return texts
 
 

@@ -83,6 +83,7 @@ DIMENSIONS = {
     "scale": "velocity",
     "gravity_sine": "force",
     "gravity_cosine": "force",
+    "inertia": "force time^2 length^-1",
     "offset": "force",
 }
 """Of the numbers of a form, as :func:`~stickslip.files.units.unit_of` reads them; records lack what the others need."""
@@ -523,6 +524,7 @@ def inertia_error(rows: Rows, nodes: int) -> tuple[float, float]:
     It is the slope of the force over the acceleration, beside a free curve over the speed and a force of the place.
     """
     position = [rows.position - rows.middle[1]] if np.isfinite(rows.position).all() else []
+    position += [np.sin(rows.position), np.cos(rows.position)] if position and rows.turning else []
     free = FreeCurve.of(rows, nodes, Curve((), rows.reference, rows.middle)).columns(rows)
     columns = np.column_stack([free[:, (free != 0).any(axis=0)], *position, np.asarray(rows.acceleration)])
     size = np.linalg.norm(columns, axis=0)

@@ -28,6 +28,8 @@ OCTAVE = 2.0
 """Ratio of the ends of a range of speeds in which that is asked."""
 CURVED = 12
 """Of a free curve on either side, beside which it is seen whether the force follows the acceleration."""
+ALIKE = 0.5
+"""An inertia that the rig does not give is believed where either half of the speeds has it within so much of it."""
 LEFT = 0.25
 """Share of the samples of slip that must be left where those beside a stick are not taken."""
 FARTHEST = 1e60
@@ -68,7 +70,8 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], LeftOut, list[s
         w, force = (_numbers(root, key, name) for key in ("slip_velocity", "force"))
         unknown = np.full(len(w), math.nan)
         position = _numbers(root, "displacement", name) if "displacement" in root else unknown
-        rows = Rows(w, force, np.ones(len(w)), unknown, position, np.full(len(w), name), True)
+        turning = "displacement" in data and data["displacement"].attrs.get("units") == "rad"
+        rows = Rows(w, force, np.ones(len(w)), unknown, position, np.full(len(w), name), True, turning=turning)
         _check(rows, name, "sample")
         stated = "slip_velocity_error" in root
         moving = np.abs(w) > SENSE * (_numbers(root, "slip_velocity_error", name) if stated else noise_level(w))
@@ -106,22 +109,39 @@ def _with_inertia(
     rows: Rows, root: xr.Dataset, moving: npt.NDArray[np.bool_], name: str
 ) -> tuple[Rows, Array | float, list[str]]:
     """Whether the record contradicts the inertia that was taken off its force: rows, the force that is left of it, a note."""
-    taken = float(root.attrs.get("subtracted_inertia", 0.0))
+    taken = float(root.attrs.get("subtracted_inertia", math.nan))
     fast = moving & (np.abs(rows.w) > SLOW * float(np.abs(rows.w).max()))
-    if not taken > 0 or np.count_nonzero(fast) < 4 * CURVED or "slip_acceleration" not in root:
+    if math.isnan(taken) or np.count_nonzero(fast) < 4 * CURVED or "slip_acceleration" not in root:
         return rows, 0.0, []
     acceleration = _numbers(root, "slip_acceleration", name)
+    if not np.ptp(acceleration[fast]) > 0:
+        return rows, 0.0, []
     moved = replace(rows, acceleration=acceleration)
     off, error = inertia_error(moved.take(fast), CURVED)
-    if abs(off) < SENSE * error:
+    if abs(off) < SENSE * error or (taken == 0 and not _at_all_speeds(moved.take(fast), off)):
         return rows, 0.0, []
     unit = "kg m^2" if root["slip_velocity"].attrs.get("units") == "rad/s" else "kg"
+    by = f"{off:+.2g} +- {error:.1g} {unit}"
     note = (
-        f"{name} contradicts the inertia of its rig, {taken:.4g} {unit}, by {off:+.2g} +- {error:.1g} {unit}: what is left "
-        "of the force follows the acceleration. Measure the inertia again, or correct it in the rig; here it is fitted, "
-        "where that predicts better."
+        f"{name} contradicts the inertia of its rig, {taken:.4g} {unit}, by {by}: what is left of the force follows the "
+        "acceleration. Measure the inertia again, or correct it in the rig; here it is fitted, where that predicts better."
+        if taken > 0
+        else f"{name}: the force follows the acceleration by {by}, as an inertia between instrument and contact has it, and "
+        "the rig gives none. Set inertia in the rig; here it is fitted, where that predicts better."
     )
     return moved, off * acceleration, [note]
+
+
+def _at_all_speeds(rows: Rows, inertia: float) -> bool:
+    """Whether the slower and the faster half of the rows have this inertia, each by itself, and it is positive.
+
+    Friction that lags behind the speed, or builds up over a distance at each reversal, follows the acceleration too, but
+    not by one number.
+    """
+    speed = np.abs(rows.w)
+    slow = speed < np.median(speed)
+    halves = [inertia_error(rows.take(half), CURVED) for half in (slow, ~slow)]
+    return all(value > SENSE * error and abs(value - inertia) < ALIKE * inertia for value, error in halves)
 
 
 def beside_sticks(time: Array, slides: npt.NDArray[np.bool_], cutoff: float) -> npt.NDArray[np.bool_]:

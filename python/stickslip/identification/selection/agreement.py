@@ -220,7 +220,7 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     # Of the velocity: in the acceleration of these motions the second harmonic is about as strong as the first.
     line = main_line(measured_trace["v"].to_numpy(), record.step)
     other = main_line(simulated_trace["v"].to_numpy(), record.step)
-    rows["main line"] = (line.frequency, line.error, other.frequency)
+    rows["main line of velocity"] = (line.frequency, line.error, other.frequency)
     regimes = (measured_kind(record), read.kind)
     frame = pd.DataFrame.from_dict(rows, orient="index", columns=["measured", "error", "simulated"])
     frame["ratio"] = frame["simulated"] / frame["measured"].where(frame["measured"] != 0)
@@ -228,7 +228,7 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     rate = {"1": "1", "s": "Hz"}.get(time, f"1/{time}")
     units = {
         "slips per time": rate,
-        "main line": rate,
+        "main line of velocity": rate,
         "stuck share": "1",
         "mean force drop": force,
         "mean spring force": force,

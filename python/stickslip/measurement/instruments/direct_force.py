@@ -263,6 +263,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
         notes.append(
             "inertia is 0: the instrument's reading is taken as friction, so what lies between instrument and contact and is "
             f"accelerated (up to {np.quantile(np.abs(acceleration), 0.99):.3g} {speed_unit[:-2]}/s^2) is in it"
+            + ("; the mass in the rig is what swings, and nothing is taken off for it" if bench.maybe("mass") else "")
         )
     if "normal_force" in record:
         pressed = record["normal_force"] > LEAST_LOAD * np.quantile(np.abs(record["normal_force"]), 0.95)
@@ -325,7 +326,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
             f"the actuators pull with {pull:.4g} N together in the mean; friction is "
             f"{float(facts['force']) / pull:.3g} times that"
         )
-    if inertia > 0 and "normal_force" not in record:
+    if "normal_force" not in record:
         facts["subtracted_inertia"] = inertia
     for name in OSCILLATOR:
         if bench.maybe(name):
