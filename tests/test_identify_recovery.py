@@ -14,7 +14,7 @@ from stickslip.identification import fit_trajectories, friction_of_orbit, identi
 from stickslip.identification.estimator.uncertainty import recurrence
 from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import first_guess
-from stickslip.identification.kinetic.branch_fit import fit_branches
+from stickslip.identification.kinetic.branch_fit import _acting_again, fit_branches
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.motion import Motion
 from stickslip.identification.records import read_records
@@ -311,3 +311,19 @@ def test_the_form_is_that_of_the_motion_and_not_of_the_force_that_smoothing_roun
     for name, number in (("break_away", 3.3), ("kinetic", 2.4), ("scale", 0.04), ("viscous", 0.5)):
         row = found.parameters.loc[f"kinetic.{name}"]
         assert abs(row["value"] - number) < 3 * row["error"], name
+
+
+def test_a_number_that_does_not_act_begins_anew_and_all_do_where_that_makes_no_law(monkeypatch):
+    true = ss.laws.ExponentialStribeck(break_away=1.2, kinetic=0.9, scale=0.3)
+    orbit = ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=0.2, law=true), 60.0)
+    record = friction_of_orbit(orbit, np.arange(0, 60.0, 0.1), 0.005)
+    law = ss.laws.ExponentialStribeck(break_away=1.1, kinetic=0.7, scale=0.2)
+    problem = Problem(read_records(record), law, ["break_away", "kinetic", "scale"])
+    # without a fall its scale does not act
+    found = problem.numbers(replace(law, break_away=0.8, kinetic=0.8, scale=0.1))
+    mended = problem.at(_acting_again(problem, found, problem.numbers(law)))
+    assert [mended.break_away, mended.kinetic, mended.scale] == pytest.approx([0.8, 0.8, 0.2])
+    # a break-away force that does not act would come back below the kinetic force that was found
+    monkeypatch.setattr("stickslip.identification.kinetic.branch_fit.acting", lambda _: np.array([False, True, True]))
+    low = problem.numbers(replace(law, break_away=0.75))
+    assert _acting_again(problem, found, low) is low

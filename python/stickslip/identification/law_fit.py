@@ -148,9 +148,8 @@ class LawFit:
         for other in self.problems[1:]:
             try:
                 fits.append((other, _likeliest(other)))
-            except InputError:  # the records do not tell these numbers
-                if not guess.wider:
-                    raise
+            except InputError:  # the records do not tell these numbers; the first form stands
+                continue
         unlikeliness = [_unlikeliness(fit) for _, fit in fits]
         likeliest = int(np.argmin(unlikeliness))
         problem, found = fits[likeliest if unlikeliness[0] - unlikeliness[likeliest] > DECISIVE else 0]

@@ -108,10 +108,20 @@ def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
         if number < ROUNDS - 1:
             assumed = _assumed(problem, sigma, tau, apart)
             # a first step from afar may lead to where a number does not act, from which no further one leads back
-            silent = ~acting(problem.jacobian(numbers, problem.column))
-            numbers = np.where(silent, first, numbers)
+            numbers = _acting_again(problem, numbers, first)
     factors = [w / a for w, a in zip(weights, assumed, strict=True)]
     return _result(problem, numbers, groups, sigma, together, record_scatter, factors, assumed)
+
+
+def _acting_again(problem: Problem, numbers: Array, first: Array) -> Array:
+    """The numbers, those that do not act as they were first; all of them, where the two together make no law."""
+    silent = ~acting(problem.jacobian(numbers, problem.column))
+    mended = np.where(silent, first, numbers)
+    try:
+        problem.at(mended)
+    except InputError:
+        return first
+    return mended
 
 
 def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Array:
