@@ -472,8 +472,8 @@ def _measured_range(records: Sequence[FrictionRecord], law: Law) -> list[str]:
 def undecided(parameters: pd.DataFrame, covariance: pd.DataFrame) -> list[str]:
     """Sentences on numbers that may be zero, and on those that are known only together."""
     notes = []
-    for name, number, error in parameters[["value", "error"]].itertuples():
-        if abs(number) < 2 * error:
+    for name, number, error, low, high in parameters[["value", "error", "low", "high"]].itertuples():
+        if low <= 0 <= high:  # of one that is fitted by its logarithm neither end is
             notes.append(f"{name} is not told apart from zero: {number:.3g} ± {error:.2g}.")
     errors = parameters["error"].to_numpy()
     correlation = covariance.to_numpy() / np.outer(errors, errors)

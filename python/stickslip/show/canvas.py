@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import matplotlib.pyplot as plt
 import numpy as np
 from cycler import cycler
-from numpy.typing import NDArray
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
 from stickslip.model.parameters import is_dimensionless
@@ -103,6 +104,9 @@ STYLE: Any = {
     "legend.frameon": False,
     "svg.hashsalt": "stickslip",
 }
+
+FEW_DECADES = 300.0
+"""Ratio of the ends up to which a logarithmic axis names more than its powers of ten."""
 
 #: Where a legend never lies on data: above the axes.
 ABOVE: Any = {
@@ -216,6 +220,25 @@ def unit(values: xr.DataArray) -> str:
     'time t (s)'
     """
     return in_units(values.attrs.get("units", "1"))
+
+
+def logarithmic_x(axes: Axes, values: ArrayLike) -> None:
+    """Lay positive values that span more than half a decade over their logarithm, named at 1, 2 and 5 where decades are few.
+
+    >>> axes = new_axes()[0]
+    >>> logarithmic_x(axes, [0.4, 8.0])
+    >>> axes.get_xscale(), [f"{tick:g}" for tick in axes.get_xticks() if 0.4 < tick < 8]
+    ('log', ['0.5', '1', '2', '5'])
+    """
+    known = np.asarray(values, float)
+    known = known[np.isfinite(known)]
+    if not (known.size and known.min() > 0 and known.max() > 3 * known.min()):
+        return  # a logarithmic axis of less has no whole power on it
+    axes.set_xscale("log")
+    if known.max() < FEW_DECADES * known.min():
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 def in_units(name: str | None) -> str:

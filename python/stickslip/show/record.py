@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.show.canvas import ABOVE, OKABE_ITO, SPEED_COLOURS, new_axes, shade_sticks, unit
+from stickslip.show.canvas import ABOVE, OKABE_ITO, SPEED_COLOURS, logarithmic_x, new_axes, shade_sticks, unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,12 +92,13 @@ def _tables(friction: xr.DataTree) -> list[Axes]:
     law.errorbar(
         table["stick_time"], table["force"], table["force_error"], fmt="o", ms=4, color=OKABE_ITO["blue"], capsize=2
     )
-    law.set(xlabel="stick time (s)", ylabel="break-away force" + of_force, xscale="log")
+    law.set(xlabel="stick time (s)", ylabel="break-away force" + of_force)
+    logarithmic_x(law, table["stick_time"])
     return [over_time, law]
 
 
 def _steady(ax: Axes, table: xr.Dataset) -> None:
-    """Friction over slip velocity from a table of steady runs, over its logarithm where it spans more than a decade."""
+    """Friction over slip velocity from a table of steady runs, over its logarithm where it spans more than half a decade."""
     w, force, error = (table[name].to_numpy() for name in ("slip_velocity", "force", "force_error"))
     branch = table["branch"].to_numpy() if "branch" in table else np.full(len(w), "")
     for name, colour in (("", "black"), ("speeding_up", "orange"), ("slowing_down", "sky")):
@@ -109,11 +110,8 @@ def _steady(ax: Axes, table: xr.Dataset) -> None:
             )  # fmt: skip
     if "branch" in table:
         ax.legend(**ABOVE, ncols=2)
-    ax.set(
-        xlabel="slip velocity w" + unit(table["slip_velocity"]),
-        ylabel="friction F" + unit(table["force"]),
-        xscale="log" if 0 < 10 * np.min(w) < np.max(w) else "linear",
-    )
+    ax.set(xlabel="slip velocity w" + unit(table["slip_velocity"]), ylabel="friction F" + unit(table["force"]))
+    logarithmic_x(ax, w)
     if len(w) and np.ptp(w) < 1e-3 * np.max(np.abs(w)):  # one speed: its own digits are no axis
         ax.set_xlim(*sorted((0.0, 2 * float(np.mean(w)))))
 

@@ -115,7 +115,7 @@ class StaticFriction(Result):
 
         A slope in the last is a drift; a slope in another is what the form leaves out.
         """
-        from stickslip.show.canvas import in_units, new_axes
+        from stickslip.show.canvas import in_units, logarithmic_x, new_axes
 
         row = new_axes(1, 3, figsize=(9.6, 3.2))
         rest = self.best.residuals
@@ -129,7 +129,8 @@ class StaticFriction(Result):
             axes.axhline(0, color="0.3", lw=0.8)
             axes.set_xlabel(label + in_units(self._units(kind)))
             axes.set_ylabel(f"force − {self.chosen} form" + in_units(self._units("force")))
-            axes.set_xscale("log" if column != "t" and _spans(self.rows[column]) else "linear")
+            if column != "t":
+                logarithmic_x(axes, self.rows[column])
             middle = abs(float(self.rows[column].median()))
             if np.ptp(self.rows[column]) < 1e-6 * middle:  # one value: its rounding is no axis
                 axes.set_xlim(0.9 * middle, 1.1 * middle)
@@ -160,7 +161,7 @@ class StaticFriction(Result):
 
     def plot(self, ax: Any = None) -> Any:
         """Break-away force over stick time with the fits; returns the Axes."""
-        from stickslip.show.canvas import ABOVE, in_units, new_axes
+        from stickslip.show.canvas import ABOVE, in_units, logarithmic_x, new_axes
 
         axes = new_axes()[0] if ax is None else ax
         time, force = self.rows["stick_time"].to_numpy(), self.rows["used"].to_numpy()
@@ -169,7 +170,7 @@ class StaticFriction(Result):
         order = sorted(self.fits, key=lambda name: (name != self.chosen, self.fits[name].criterion))
         for name in order[:SHOWN]:
             axes.plot(grid, self.fits[name](grid), lw=2.5 if name == self.chosen else 1.0, label=name)
-        axes.set_xscale("log" if _spans(self.rows["stick_time"]) else "linear")
+        logarithmic_x(axes, time)
         axes.set_xlabel("stick time" + in_units(self._units("time")))
         above = " above that of its slip" if self.relative else ""
         axes.set_ylabel("break-away force" + above + in_units(self._units("force")))
@@ -264,8 +265,3 @@ def fit_static_friction(friction: Any) -> StaticFriction:
         *undetermined(fits),
     ]
     return replace(found, notes=notes)
-
-
-def _spans(values: pd.Series) -> bool:
-    """Whether positive values span more than half a decade: a logarithmic axis of less has no whole power on it."""
-    return bool((values > 0).all() and values.max() > 3 * values.min())
