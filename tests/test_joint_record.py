@@ -481,3 +481,34 @@ def test_friction_that_lags_behind_the_speed_is_no_inertia() -> None:
     found = fit_steady(swung(late))
     assert "inertia" not in found.chosen
     assert not any("the rig gives none" in note for note in found.notes)
+
+
+def bristles(t, speed, weakening: float, stiffness: float) -> np.ndarray:
+    """LuGre's friction along a motion, by plain Euler steps: 20 + weakening exp(-(w/0.01)^2) and 180 w, in N over m/s."""
+    steady = 20.0 + weakening * np.exp(-((speed / 0.01) ** 2))
+    z, force, step = 0.0, np.empty_like(t), t[1] - t[0]
+    for i, (w, level) in enumerate(zip(speed.tolist(), steady.tolist(), strict=True)):
+        rate = w - stiffness * abs(w) * z / level
+        force[i] = stiffness * z + 180 * w
+        z += rate * step
+    return force
+
+
+@pytest.mark.parametrize("stiffness", [2e5, pytest.param(8e4, marks=pytest.mark.slow)])
+def test_friction_that_still_builds_up_after_a_turn_is_no_friction_of_the_speed(stiffness: float) -> None:
+    # Bristles give way over some 0.1 mm, so that friction is less than the fall has it where the slide speeds up from rest.
+    t = np.arange(0, 24, 1e-4)
+    turns = [(0.03, 2 * np.pi * 0.25, 0.0), (0.008, 2 * np.pi * 0.61, 1.0)]
+    x, v = (sum(a * w**n * np.sin(w * t + p + n * np.pi / 2) for a, w, p in turns) for n in (0, 1))
+    force = bristles(t, v, 9.0, stiffness)
+    seen, random = slice(None, None, 10), np.random.default_rng(3)
+    record = {"t": t[seen], "x": x[seen] + 3e-7 * random.standard_normal(t[seen].size), "f": force[seen]}
+    record["f"] = record["f"] + 0.4 * random.standard_normal(t[seen].size)
+    columns = {"time": "t", "displacement": {"column": "x", "unit": "m"}, "force": {"column": "f", "unit": "N"}}
+    found = fit_steady(ss.measure(record, {"instrument": "direct_force", "columns": columns}))
+    assert found.chosen == "Gaussian Stribeck"
+    numbers = found.parameters["value"]
+    assert numbers["kinetic"] == pytest.approx(20.0, abs=0.1)
+    assert numbers["viscous"] == pytest.approx(180.0, abs=1.5)
+    assert numbers["weakening"] == pytest.approx(9.0, abs=1.2)  # was not seen at all
+    assert any("so near a turn of the slip that friction still builds up" in note for note in found.notes)

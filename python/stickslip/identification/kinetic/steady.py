@@ -318,6 +318,7 @@ class SteadyFriction(Result):
         for panel, most in zip(panels, (math.inf, reach), strict=False):
             self._draw(panel, most)
             panel.set_xlabel("slip velocity w" + in_units(self.stated.get("slip_velocity")))
+            panel.locator_params(axis="x", nbins=5 if reach else 8)
         panels[0].set_ylabel("friction force f" + in_units(self.stated.get("force")))
         if ax is None:
             panels[0].figure.legend(
@@ -402,7 +403,8 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     InputError
         for records without friction over slip velocity, or too few rows for the law asked for.
 
-    Limits: no memory and no acceleration; a loop becomes its middle, and the intervals hold its width only as scatter. An
+    Limits: no memory and no acceleration; what is so near a turn of the slip that friction builds up is left out, any other
+    loop becomes its middle, and the intervals hold its width only as scatter. An
     offset shows only where the record slides both ways. Intervals count correlated rows as fewer and stated errors that
     are too small as larger; they are those of the chosen form, and `notes` say where others that predict as well differ.
     Where a free curve over speed, position or time predicts held-back rows better than the form, the first notes say so and

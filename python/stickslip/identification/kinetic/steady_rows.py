@@ -30,6 +30,12 @@ CURVED = 12
 """Of a free curve on either side, beside which it is seen whether the force follows the acceleration."""
 ALIKE = 0.5
 """An inertia that the rig does not give is believed where either half of the speeds has it within so much of it."""
+BEHIND = 0.05
+"""Share by which friction is less after a turn of the slip, up to which it has built up."""
+STROKE = 0.25
+"""Share of the usual path between two turns over which friction may build up."""
+RANGES = 24
+"""Of speed, in which friction is known while a mass slows down."""
 LEFT = 0.25
 """Share of the samples of slip that must be left where those beside a stick are not taken."""
 FARTHEST = 1e60
@@ -80,10 +86,11 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], LeftOut, list[s
         smoothed = beside_sticks(_numbers(root, "time", name), slides, cutoff)
         if np.count_nonzero(moving & slides & ~smoothed) < LEFT * np.count_nonzero(moving & slides):
             smoothed[:] = False
-        rows, inertia, notes = _with_inertia(rows, root, moving & slides & ~smoothed, name)
-        slowest = _slowest(w, force - inertia, moving & ~smoothed)
-        left = _left_out(np.abs(w), slides, smoothed, moving, slowest, name)
-        moving &= slides & ~smoothed & (np.abs(w) > slowest)
+        building = building_up(_numbers(root, "time", name), w, force, moving & slides & ~smoothed)
+        rows, inertia, notes = _with_inertia(rows, root, moving & slides & ~smoothed & ~building, name)
+        slowest = 0.0 if building.any() else _slowest(w, force - inertia, moving & ~smoothed)
+        left = _left_out(np.abs(w), slides, smoothed, moving, building, slowest, name)
+        moving &= slides & ~smoothed & ~building & (np.abs(w) > slowest)
     elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
         w = _numbers(table, "slip_velocity", name)
         unknown = np.full(len(w), math.nan)
@@ -163,6 +170,7 @@ def _left_out(
     slides: npt.NDArray[np.bool_],
     smoothed: npt.NDArray[np.bool_],
     moving: npt.NDArray[np.bool_],
+    building: npt.NDArray[np.bool_],
     slowest: float,
     name: str,
 ) -> LeftOut:
@@ -171,6 +179,7 @@ def _left_out(
     reasons = {
         "beside a stick, where the acceleration jumps and smoothing takes speed and inertia along": smoothed,
         "not clear of the error of w, so that the sense of the slip is not sure": left & ~moving,
+        "so near a turn of the slip that friction still builds up": left & moving & building,
         "where friction differs between speeding up and slowing down, or only one of them was measured": (
             left & moving & (speed <= slowest)
         ),
@@ -202,6 +211,46 @@ def said_left_out(records: Sequence[LeftOut]) -> list[str]:
         f"{len(records)} records: of {samples} samples these were left out: {parts}. The largest share is that of "
         f"{worst.name}, {100 * worst.count / worst.samples:.0f} %."
     ]
+
+
+def building_up(time: Array, w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Samples so near a turn of the slip that friction still builds up from the other sense (presliding, backlash).
+
+    While a mass speeds up after a turn, its friction is laid beside that of the same speed and sense while it slows down, in
+    ranges of the path since the turn. Up to the first range in which it is not clearly less any more, samples on either
+    side of a turn are no friction of the slip velocity. None are left out where that would be a large part of the stroke.
+    """
+    path = np.concatenate([[0.0], np.cumsum(np.diff(time) * (np.abs(w[1:]) + np.abs(w[:-1])) / 2)])
+    turns = path[np.flatnonzero(np.diff(np.sign(w)) != 0)]
+    none = np.zeros(w.size, dtype=bool)
+    if turns.size < FEWEST:
+        return none
+    after = np.searchsorted(turns, path)
+    since = path - np.where(after > 0, turns[after - 1], -np.inf)
+    until = np.where(after < turns.size, turns[np.minimum(after, turns.size - 1)], np.inf) - path
+    farthest = STROKE * float(np.median(np.diff(turns)))
+    speeding = np.gradient(np.abs(w)) > 0
+    behind = np.full(w.size, math.nan)
+    for way in (w > 0, w < 0):
+        slowing = moving & way & ~speeding
+        if np.count_nonzero(slowing) < 4 * FEWEST:
+            continue
+        order = np.argsort(np.abs(w[slowing]))
+        ranges = np.array_split(order, min(RANGES, order.size // FEWEST))
+        speeds = [float(np.median(np.abs(w[slowing])[part])) for part in ranges]
+        levels = [float(np.median(np.abs(force[slowing])[part])) for part in ranges]
+        if min(levels) > 0:
+            behind[way] = 1 - np.sign(w[way]) * force[way] / np.interp(np.abs(w[way]), speeds, levels)
+    compared = moving & speeding & np.isfinite(behind)
+    builds = False
+    for reach in farthest * OCTAVE ** np.arange(-10.0, 1.0):
+        lag, error = median_and_error(behind[compared & (since > reach / OCTAVE) & (since <= reach)])
+        if not builds:  # it begins on the other side of zero
+            builds = lag > max(0.5, SENSE * error)
+        elif lag < max(BEHIND, SENSE * error):
+            near: npt.NDArray[np.bool_] = np.minimum(since, until) <= reach
+            return near
+    return none
 
 
 def _slowest(w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> float:
