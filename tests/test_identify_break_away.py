@@ -164,6 +164,27 @@ def test_stick_time_tied_to_force_rate_is_said():
     assert "tied" in " ".join(found.notes)
 
 
+def test_a_form_that_bends_down_between_three_rests_is_no_fall():
+    # Three records at three drive velocities, each with an error that all its break-aways share.
+    random, trees = np.random.default_rng(4), []
+    for rest, level, late, scatter in (
+        (0.0127, 9.505, 7e-4, 0.05),
+        (0.0275, 9.541, 3e-4, 0.01),
+        (0.06, 9.491, 5e-4, 0.004),
+    ):
+        t_s = rest * (1 + 0.005 * random.standard_normal(60))
+        tree = friction(t_s, level + scatter * random.standard_normal(60), np.full(60, 6.0 / rest), level=6.5)
+        errors = {"t_error": ("event", np.full(60, late)), "force_error": ("event", np.full(60, late * 6.0 / rest))}
+        tree["break_away"] = xr.DataTree(tree["break_away"].to_dataset().assign(errors))
+        tree.attrs["break_away_late"] = late
+        trees.append(tree)
+    found = fit_static_friction(trees)
+    assert found.chosen == "constant"
+    said = " ".join(found.notes)
+    assert "forces fall by" not in said
+    assert "do not grow clearly with stick time: on the logarithmic form by" in said
+
+
 def test_a_fall_from_record_to_record_is_no_effect_of_rest():
     trees = []
     for seed, (rest, level) in enumerate([(2.0, 0.68), (0.02, 0.7)]):
