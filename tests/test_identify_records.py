@@ -13,7 +13,7 @@ from test_identify_options import steps
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.files.disk import input_file
-from stickslip.identification import fit_steady, identify
+from stickslip.identification import fit_steady, friction_of_orbit, identify
 
 
 def kinetic(_w):
@@ -65,3 +65,13 @@ def test_break_aways_that_a_saturated_instrument_cannot_show_are_told_by_a_numbe
 def test_an_experiment_file_has_its_article(tmp_path):
     with pytest.raises(ss.InputError, match="give the path of an experiment file"):
         input_file(tmp_path / "none.toml", "experiment file")
+
+
+def test_many_records_share_one_name_in_a_picture():
+    law = ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6)
+    orbits = [ss.simulate(ss.Oscillator(damping=0.05, drive_velocity=0.1 + 0.01 * n, law=law), 60.0) for n in range(8)]
+    found = ss.identify(
+        [friction_of_orbit(orbit, np.arange(0, 60, 0.1), 0.01, seed=n) for n, orbit in enumerate(orbits)]
+    )
+    labels = [text.get_text() for text in found.plot().get_legend().get_texts()]
+    assert labels == ["8 records", "law"]

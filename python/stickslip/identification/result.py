@@ -160,7 +160,8 @@ class Identification(Result):
         from stickslip.show.canvas import ABOVE, OKABE_ITO, in_units, new_axes, verbatim
 
         axes = new_axes()[0] if ax is None else ax
-        names, shown = short_names(self.records), list[np.ndarray]()
+        many, shown = len(self.records) > NAMED, list[np.ndarray]()
+        names = [f"{len(self.records)} records"] if many else [verbatim(name) for name in short_names(self.records)]
         for number in range(len(self.records)):
             frame = self.residuals(number)
             # Forces of a slip in the other sense are shown turned over; the last part is the steady motion.
@@ -168,7 +169,8 @@ class Identification(Result):
             sense = np.where(frame["slip_velocity"] < 0, -1.0, 1.0)
             w = np.abs(frame["slip_velocity"])
             measured = sense * frame["force"]
-            axes.plot(w, measured, ".", ms=2, alpha=0.4, label=verbatim(names[number]), rasterized=True)
+            name, colour = names[number] if number < len(names) else None, "0.5" if many else None
+            axes.plot(w, measured, ".", ms=2, alpha=0.4, color=colour, label=name, rasterized=True)
             law = "law" if number == 0 else None
             axes.plot(w, sense * frame["predicted"], ".", ms=1.5, color=OKABE_ITO["black"], label=law)
             shown.append(measured.to_numpy())
@@ -181,6 +183,10 @@ class Identification(Result):
             axes.set_ylim(low - 0.25 * (high - low), high + 0.25 * (high - low))
         axes.legend(**ABOVE, ncols=2, markerscale=4)
         return axes
+
+
+NAMED = 6
+"""More records than these have no name and colour each in a picture."""
 
 
 def short_names(records: Sequence[FrictionRecord]) -> list[str]:

@@ -13,7 +13,7 @@ from stickslip.errors import InputError
 from stickslip.files.units import rounded
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.uncertainty import correlation_time
-from stickslip.identification.result import Identification, short_names
+from stickslip.identification.result import NAMED, Identification, short_names
 from stickslip.identification.selection.agreement import compare_motion
 from stickslip.identification.selection.comparison import Comparison
 from stickslip.identification.trajectory.sensitivity import sensitivity
@@ -180,7 +180,8 @@ def _correlation(result: Identification) -> Any:
 
 def _residuals(result: Identification) -> Any:
     over_time, over_speed, spread = new_axes(1, 3, figsize=(9.6, 3.2))
-    names, rests = short_names(result.records), list[np.ndarray]()
+    names, rests, together = short_names(result.records), list[np.ndarray](), list[float]()
+    many = len(names) > NAMED
     for number in range(len(result.records)):
         frame = result.residuals(number)
         frame = frame[frame["compared"]]
@@ -188,11 +189,13 @@ def _residuals(result: Identification) -> Any:
         if not rest.size:
             continue
         some = slice(None, None, max(1, rest.size // POINTS))
-        over_time.plot(frame["time"].to_numpy()[some], rest[some], ".", ms=2, rasterized=True)
-        over_speed.plot(frame["slip_velocity"].to_numpy()[some], rest[some], ".", ms=2, rasterized=True)
-        label = f"{names[number]}: {correlation_time(rest):.0f} samples together"
+        look: dict[str, Any] = {"ms": 2, "rasterized": True, "color": "0.4" if many else None}
+        over_time.plot(frame["time"].to_numpy()[some], rest[some], ".", **look)
+        over_speed.plot(frame["slip_velocity"].to_numpy()[some], rest[some], ".", **look)
         rests.append(rest)
-        spread.hist(rest, bins=60, density=True, histtype="step", label=label)
+        together.append(correlation_time(rest))
+        label = None if many else f"{names[number]}: {together[-1]:.0f} samples together"
+        spread.hist(rest, bins=60, density=True, histtype="step", label=label, color="0.4" if many else None)
     units = result.records[0].units
     residual = "measured − predicted friction" + in_units(units.get("force"))
     # A few outliers must not flatten the axis: it holds all but the farthest 1 %, twice as wide.
@@ -203,7 +206,10 @@ def _residuals(result: Identification) -> Any:
         if reach:
             axes.set_ylim(-reach, reach)
     spread.set(xlabel=residual, ylabel="density")
-    spread.legend(**ABOVE)
+    if many:
+        spread.set_title(f"{len(rests)} records, {np.median(together):.0f} samples together", fontsize=8)
+    else:
+        spread.legend(**ABOVE)
     return over_time.figure
 
 
