@@ -397,6 +397,11 @@ def _without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft,
     joined = without(draft, bridged)
     fits = [_pieces(still, sticks), _pieces(joined, inner)]
     both = [fit.deviance(fit.cutoff) for fit in fits]
+    # first guesses that hold parts of slips may share a line that the sticks have not
+    if plain := _rigid_fit(draft)[0]:
+        fit = _pieces(draft, plain)
+        if fit.deviance(fit.cutoff) < min(both):
+            return draft, None
     return (still, shaken) if both[0] + ripple.releasing(inner) < both[1] else (joined, bridged)
 
 
