@@ -56,20 +56,28 @@ def texts_and_units(friction: xr.DataTree) -> dict[str, tuple[str, str]]:
     force, time, speed = (_unit(friction, name) for name in ("force", "time", "slip_velocity"))
     length = speed.split("/")[0] if speed != "1" else "rad" if force.endswith("N m") else "1" if force == "1" else "m"
     found = facts(friction)
-    # The error of forward_force is forward_error.
-    errors = {name.removesuffix("_error"): name for name in found if name.endswith("_error")}
+    errors = {value: name for name in found for value in values_of(name)}
     texts = {}
     for name, value in found.items():
-        value_of = name.removesuffix("_error")
-        if value_of != name and {value_of, f"{value_of}_force"} & set(found):
+        if set(values_of(name)) & set(found):
             continue
         unit = next(
             (unit_of(of, force, length, time) for of, names in DIMENSIONS.items() if re.fullmatch(names, name)), ""
         )
-        error = errors.get(name) or errors.get(name.removesuffix("_force"), "")
-        text = value if isinstance(value, str) else rounded(value, float(found.get(error, 0.0)))
+        error = float(found[errors[name]]) if name in errors else 0.0
+        text = value if isinstance(value, str) else rounded(value, error)
         texts[name] = text, "Hz" if unit == "1/s" else unit
     return texts
+
+
+def values_of(name: str) -> tuple[str, ...]:
+    """The facts of which one of this name would be the standard error.
+
+    >>> values_of("force_error"), values_of("forward_error"), values_of("force")
+    (('force', 'force_force'), ('forward', 'forward_force'), ())
+    """
+    value = name.removesuffix("_error")
+    return () if value == name else (value, f"{value}_force")
 
 
 def _unit(friction: xr.DataTree, name: str) -> str:

@@ -211,8 +211,9 @@ def _units(texts: Texts) -> dict[str, str]:
 
 def _head(name: str, units: Mapping[str, str]) -> str:
     """The head of a column, with its unit; an error has that of its value."""
-    value_of = name.removesuffix("_error")
-    unit = next((units[one] for one in (name, value_of, f"{value_of}_force") if one in units), "")
+    from stickslip.measurement.summary import values_of
+
+    unit = next((units[one] for one in (name, *values_of(name)) if one in units), "")
     return f"{name} [{unit}]" if unit else name
 
 
