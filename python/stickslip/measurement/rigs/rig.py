@@ -109,7 +109,7 @@ class Rig(Document):
     damping: Annotated[float, Limits(least=0, dimensions=QUANTITIES["damping"])] = 0.0
     effective_mass: Annotated[float, Limits(above=0, dimensions=QUANTITIES["mass"])] | None = None
     scale: float = 1.0
-    rest: float = 0.0
+    rest: Annotated[float, Says("a number, the reading as it stands in the record")] = 0.0
     time_column: Annotated[str | int, Says("the name of the time variable, or its number from 1")] | None = "t"
     time_unit: str = "s"
     sampling_rate: Positive | None = None
