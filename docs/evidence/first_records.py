@@ -78,7 +78,8 @@ def stick_slip(
 
 def _law(records: list[Any]) -> tuple[str, pd.DataFrame]:
     found = ss.identify(records)
-    return type(found.law).__name__, found.parameters
+    parts = (found.law.static, found.law.kinetic) if isinstance(found.law, ss.laws.Combined) else (found.law,)
+    return " with ".join(type(part).__name__ for part in parts), found.parameters
 
 
 def _curve(records: Any) -> tuple[str, pd.DataFrame]:
