@@ -71,7 +71,7 @@ def test_a_normal_force_that_varies_counts(damping, stiffness, law, position, ve
     ("laws", "which", "word"),
     [
         ([(1.0, 1.5, 0.3), (1.0, 0.4, 0.5)], 0, "supercritical"),
-        pytest.param([(1.0, 0.5, 0.3), (1.0, -0.1, -0.05)], 1, "subcritical", marks=pytest.mark.slow),
+        ([(1.0, 0.5, 0.3), (1.0, -0.1, -0.05)], 1, "subcritical"),
     ],
 )
 def test_two_masses(laws, which, word):

@@ -119,9 +119,7 @@ def test_a_handle_follows_the_hand_and_the_arrow_keys(opened):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "laws", [("TwoBranch", "ExponentialStribeck", "LuGre"), pytest.param((), marks=pytest.mark.slow, id="all")]
-)
+@pytest.mark.parametrize("laws", [("TwoBranch", "ExponentialStribeck", "LuGre"), pytest.param((), id="all")])
 def test_every_law_has_rings_and_each_moves_what_it_is_of(opened, laws):
     for law in laws or opened.run("Object.keys(explorer.data.laws)"):
         opened.run(f"explorer.change([['system.law', explorer.data.laws['{law}'].example]])")

@@ -198,7 +198,7 @@ def test_a_saved_page_that_is_dropped_brings_its_motion_and_its_records(opened, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("drift", [pytest.param(0.0, marks=pytest.mark.slow), 0.5])
+@pytest.mark.parametrize("drift", [0.0, 0.5])
 def test_a_friction_file_that_is_dropped_is_the_record_that_the_command_puts_in(opened, tmp_path, drift):
     examples = Path(ss.__file__).parent / "examples"
     friction = tmp_path / "friction.nc"

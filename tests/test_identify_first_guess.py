@@ -113,12 +113,7 @@ def test_slip_at_one_speed_is_refused_for_a_logarithm_of_it():
     ("law", "frequency", "why"),
     [
         (LuGre(240.0, 4.9, 0.05, 1.04, 1.8, 0.107), 0.5, "held at a guess, bristles made kinetic friction 0.57 ± 0.09"),
-        pytest.param(
-            LuGre(30.9, 0.91, 0.177, 1.176, 2.018, 0.099),
-            0.35,
-            "friction falls while the bristles still give way",
-            marks=pytest.mark.slow,
-        ),
+        (LuGre(30.9, 0.91, 0.177, 1.176, 2.018, 0.099), 0.35, "friction falls while the bristles still give way"),
     ],
 )
 def test_bristles_are_fitted_where_the_record_shows_them_and_the_other_numbers_are_right_then(law, frequency, why):

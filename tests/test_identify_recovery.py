@@ -55,15 +55,16 @@ def covered(law, velocities, repetitions, **options):
 
 #: Repetitions, the fewest of them whose interval holds the truth, and the range of the stated over the seen standard error.
 #: Of 30 repetitions 28.5 are expected; fewer than 25 would come by chance once in a thousand, of 5 fewer than 3 as seldom.
-FEW, MANY = (5, 3, 0.35, 3.0), pytest.param((30, 25, 0.65, 1.6), marks=pytest.mark.slow)
+FEW, MANY = (5, 3, 0.35, 3.0), (30, 25, 0.65, 1.6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [FEW, MANY], ids=["5", "30"])
 @pytest.mark.parametrize(
     ("law", "velocities"),
     [
-        pytest.param(ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6), [0.2], marks=pytest.mark.slow),
-        pytest.param(ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.3), [0.05, 0.1, 0.2], marks=pytest.mark.slow),
+        (ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6), [0.2]),
+        (ss.laws.DwellTime(kinetic=0.5, limit=0.5, rate=0.3), [0.05, 0.1, 0.2]),
     ],
     ids=["StaticKinetic", "DwellTime"],
 )

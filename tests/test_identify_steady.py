@@ -184,7 +184,7 @@ def test_the_offset_of_a_robots_torque_is_found_by_the_comparison(shared_data: P
 def test_a_slow_robot_joint_is_fitted_as_well_as_published(shared_data: Path) -> None:
     found = fit_steady(measured(shared_data, "robot_joint_fairino", "robot_joint_nnfm/fairino*.csv"))
     assert found.chosen == "logarithmic, asymmetric"  # torque grows with speed one way and hardly the other
-    assert found.fits["Coulomb, offset"].rms == pytest.approx(1.562, abs=0.01)
+    assert found.fits["Coulomb, offset"].rms == pytest.approx(1.570, abs=0.002)  # 1.562 with the turns
     # rms of published laws: Coulomb + viscous 1.97, Stribeck 1.92, LuGre 11.3
     assert found.best.rms < 1.92
 

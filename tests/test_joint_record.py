@@ -8,12 +8,15 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from evidence import script
 from scipy.signal import lfilter
 
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.identification import fit_steady
 from stickslip.identification.kinetic.steady_rows import LeftOut, rows_of, said_left_out
+
+first_records = script("first_records")
 
 INERTIA, NOISE, RATE = 0.021, 0.008, 250.0
 """kg m^2, N m and Hz."""
@@ -35,12 +38,7 @@ RIG = {
 def recorded(law: ss.laws.Law, seconds: float = 18.0, zero: float = 0.0) -> dict[str, np.ndarray]:
     """Angle and torque of three sines together, so that some runs of one sense are far shorter than others."""
     rng, t = np.random.default_rng(77), np.arange(0, seconds, 1 / RATE)
-    q, speed, acceleration = np.zeros_like(t), np.zeros_like(t), np.zeros_like(t)
-    for size, frequency, phase in ((0.9, 0.12, 0.0), (0.35, 0.31, 1.0), (0.12, 0.83, 2.0)):
-        turn = 2 * np.pi * frequency
-        q += size * np.sin(turn * t + phase)
-        speed += size * turn * np.cos(turn * t + phase)
-        acceleration -= size * turn**2 * np.sin(turn * t + phase)
+    q, speed, acceleration = first_records.swung(t, [(0.9, 0.12, 0.0), (0.35, 0.31, 1.0), (0.12, 0.83, 2.0)])
     torque = INERTIA * acceleration + law.kinetic_force(speed) + zero + NOISE * rng.standard_normal(t.size)
     return {"t": t, "q": q + 2e-5 * rng.standard_normal(t.size), "torque": torque}
 
@@ -157,7 +155,7 @@ def test_the_picture_of_a_joint_shows_its_low_speeds(joint: xr.DataTree) -> None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("given", [0.0189, pytest.param(0.0231, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("given", [0.0189, 0.0231])
 def test_a_wrong_inertia_is_named_and_no_spring_is_invented(given: float) -> None:
     found = fit_steady(ss.measure(recorded(JOINT), {**RIG, "inertia": given}), law="ExponentialStribeck")
     said = next(note for note in found.notes if "contradicts the inertia" in note)
@@ -339,13 +337,8 @@ def test_an_arm_without_gravity_is_given_none() -> None:
     assert "gravity" not in found.chosen
 
 
-@pytest.mark.parametrize(
-    ("extra", "drift", "words"),
-    [
-        pytest.param(0.03, 0.0, "position", marks=pytest.mark.slow),
-        pytest.param(0.0, 0.4, "time", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("extra", "drift", "words"), [(0.03, 0.0, "position"), (0.0, 0.4, "time")])
 def test_a_force_that_no_form_has_is_said_first_and_makes_the_intervals_wider(extra, drift, words) -> None:
     found = fit_steady(arm(2, extra=extra, drift=drift))
     assert found.notes[0].startswith(f"What this form leaves of the force follows the {words}, and no form explains it")
@@ -440,20 +433,10 @@ def test_two_levels_of_a_motor_are_said_to_be_no_curve() -> None:
     assert "direct_force" in said
 
 
-SWING = ((0.87, 0.1, 0.0), (0.35, 0.23, 0.4))
-"""Amplitude, frequency and phase of the sines of an angle, rad and Hz."""
-
-
-def swung(friction) -> xr.DataTree:
+def swinging_arm(friction) -> xr.DataTree:
     """An arm of 0.12 kg m^2 or none and its weight, beside a friction over time and speed; the rig gives no inertia."""
     rng, t = np.random.default_rng(5), np.arange(0, 40, 0.004)
-    q, speed, acceleration = (
-        sum(
-            size * (turn := 2 * np.pi * frequency) ** order * np.sin(turn * t + phase + order * np.pi / 2)
-            for size, frequency, phase in SWING
-        )
-        for order in range(3)
-    )
+    q, speed, acceleration = first_records.swung(t, [(0.87, 0.1, 0.0), (0.35, 0.23, 0.4)])
     torque = friction(t, speed, acceleration) + 3.1 * np.sin(q) - 0.6 * np.cos(q) + 0.03 * rng.standard_normal(t.size)
     record = {"t": t, "q": q + 3e-5 * rng.standard_normal(t.size), "torque": torque}
     return ss.measure(record, {key: value for key, value in RIG.items() if key != "inertia"})
@@ -461,7 +444,7 @@ def swung(friction) -> xr.DataTree:
 
 def test_an_inertia_that_the_rig_does_not_give_is_fitted_and_said() -> None:
     numbers = {"kinetic": 0.9, "viscous": 1.7, "gravity_sine": 3.1, "gravity_cosine": -0.6, "inertia": 0.12}
-    found = fit_steady(swung(lambda _, w, a: 0.9 * np.sign(w) + 1.7 * w + 0.12 * a))
+    found = fit_steady(swinging_arm(lambda _, w, a: 0.9 * np.sign(w) + 1.7 * w + 0.12 * a))
     assert found.chosen == "Coulomb + viscous, gravity, inertia"
     assert found.parameters.index.tolist() == list(numbers)
     truth, rows = np.array([*numbers.values()]), found.parameters
@@ -478,29 +461,17 @@ def test_friction_that_lags_behind_the_speed_is_no_inertia() -> None:
         followed = lfilter([step / 0.02], [1, step / 0.02 - 1], speed)
         return np.sign(w) * (0.9 + 1.2 * np.exp(-followed / 0.2)) + 0.2 * w
 
-    found = fit_steady(swung(late))
+    found = fit_steady(swinging_arm(late))
     assert "inertia" not in found.chosen
     assert not any("the rig gives none" in note for note in found.notes)
-
-
-def bristles(t, speed, weakening: float, stiffness: float) -> np.ndarray:
-    """LuGre's friction along a motion, by plain Euler steps: 20 + weakening exp(-(w/0.01)^2) and 180 w, in N over m/s."""
-    steady = 20.0 + weakening * np.exp(-((speed / 0.01) ** 2))
-    z, force, step = 0.0, np.empty_like(t), t[1] - t[0]
-    for i, (w, level) in enumerate(zip(speed.tolist(), steady.tolist(), strict=True)):
-        rate = w - stiffness * abs(w) * z / level
-        force[i] = stiffness * z + 180 * w
-        z += rate * step
-    return force
 
 
 @pytest.mark.parametrize("stiffness", [2e5, pytest.param(8e4, marks=pytest.mark.slow)])
 def test_friction_that_still_builds_up_after_a_turn_is_no_friction_of_the_speed(stiffness: float) -> None:
     # Bristles give way over some 0.1 mm, so that friction is less than the fall has it where the slide speeds up from rest.
     t = np.arange(0, 24, 1e-4)
-    turns = [(0.03, 2 * np.pi * 0.25, 0.0), (0.008, 2 * np.pi * 0.61, 1.0)]
-    x, v = (sum(a * w**n * np.sin(w * t + p + n * np.pi / 2) for a, w, p in turns) for n in (0, 1))
-    force = bristles(t, v, 9.0, stiffness)
+    x, v, _ = first_records.swung(t, [(0.03, 0.25, 0.0), (0.008, 0.61, 1.0)])
+    force = first_records.bristles(v, 20 + 9 * np.exp(-((v / 0.01) ** 2)), stiffness, 0.0, 1e-4) + 180 * v
     seen, random = slice(None, None, 10), np.random.default_rng(3)
     record = {"t": t[seen], "x": x[seen] + 3e-7 * random.standard_normal(t[seen].size), "f": force[seen]}
     record["f"] = record["f"] + 0.4 * random.standard_normal(t[seen].size)

@@ -180,7 +180,7 @@ def test_a_record_that_still_grows_does_not_keep_the_others_waiting(folder):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-@pytest.mark.parametrize("how", [pytest.param("SIGKILL", marks=pytest.mark.slow), "SIGINT"])
+@pytest.mark.parametrize("how", ["SIGKILL", "SIGINT"])
 def test_a_run_that_is_stopped_leaves_no_process_and_goes_on_later(tmp_path, how):
     for number in range(5):
         write(tmp_path / f"{number:02d}.csv", number)

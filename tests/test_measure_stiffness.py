@@ -98,7 +98,7 @@ def test_of_a_motion_lost_in_its_noise_the_kind_is_unknown_and_no_slips_are_told
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("true", [0.9, pytest.param(1.12, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("true", [0.9, 1.12])
 def test_sticks_correct_the_stiffness_by_a_fifth_at_most(true):
     tree = measure(sticking(168.0, 1100e-6, true), rig(168.0, 1100e-6))
     assert tree.attrs["regime"] == "stick_slip"

@@ -170,7 +170,7 @@ def test_what_makes_no_sense_is_refused_in_one_sentence(make, sentence):
     ("bounds", "words"),
     [
         ((0.05, 0.09), ["supercritical"]),
-        pytest.param((0.05, 0.8), ["supercritical", "subcritical"], marks=pytest.mark.slow),
+        ((0.05, 0.8), ["supercritical", "subcritical"]),
     ],
 )
 def test_each_hopf_point_has_its_own_criticality(bounds, words):

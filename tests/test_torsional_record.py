@@ -110,7 +110,7 @@ SPRING = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("instrument", ["displacement", pytest.param("spring_force", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("instrument", ["displacement", "spring_force"])
 def test_a_mass_that_turns_is_measured_by_its_spring(instrument, folder, capsys):
     # The same motion twice: as the torque of the shaft, and as its twist in degrees.
     column, unit, size = SPRING[instrument]

@@ -139,18 +139,28 @@ def belt() -> Task:
     return Task("A block on a belt at three speeds, N over m/s", truth, find)
 
 
-def _swung(t: Array, sines: list[tuple[float, float, float]]) -> tuple[Array, Array, Array]:
+def swung(t: Array, sines: list[tuple[float, float, float]]) -> tuple[Array, Array, Array]:
     """Place, speed and acceleration of a sum of sines (amplitude, frequency in Hz, phase)."""
     rates = [(size, 2 * np.pi * frequency, phase) for size, frequency, phase in sines]
     q, v, a = (sum(s * r**n * np.sin(r * t + p + n * np.pi / 2) for s, r, p in rates) for n in range(3))
     return np.asarray(q), np.asarray(v), np.asarray(a)
 
 
+def bristles(speed: Array, steady: Array, stiffness: float, damping: float, step: float) -> Array:
+    """The force s z + d z' of LuGre's bristles along a motion, z' = w - s |w| z / f(w), by Euler steps."""
+    z, force = 0.0, np.empty_like(speed)
+    for i, (w, level) in enumerate(zip(speed.tolist(), steady.tolist(), strict=True)):
+        rate = w - stiffness * abs(w) * z / level
+        force[i] = stiffness * z + damping * rate
+        z += rate * step
+    return force
+
+
 def arm() -> Task:
     """An arm that swings to and fro, torque and angle read; the rig does not say its inertia."""
     columns = {"time": "t", "displacement": {"column": "q", "unit": "deg"}, "force": {"column": "f", "unit": "N m"}}
     t = np.arange(0, 40, 0.002)
-    q, w, a = _swung(t, [(np.deg2rad(50), 0.1, 0.0), (np.deg2rad(20), 0.23, 0.4)])
+    q, w, a = swung(t, [(np.deg2rad(50), 0.1, 0.0), (np.deg2rad(20), 0.23, 0.4)])
     torque = (
         np.sign(w) * (0.9 + 0.4 * np.exp(-np.abs(w) / 0.08)) + 1.7 * w + 3.1 * np.sin(q) - 0.6 * np.cos(q) + 0.12 * a
     )
@@ -173,12 +183,9 @@ def slide() -> Task:
     columns = {"time": "t", "displacement": {"column": "x", "unit": "um"}, "force": {"column": "f", "unit": "N"}}
     step = 1e-4
     t = np.arange(0, 24, step)
-    x, v, a = _swung(t, [(0.03, 0.25, 0.0), (0.008, 0.61, 1.0)])
-    steady, z, force = 20.5 + 8.5 * np.exp(-((v / 0.008) ** 2)), 0.0, np.empty_like(t)
-    for i, (w, level) in enumerate(zip(v.tolist(), steady.tolist(), strict=True)):
-        rate = w - 2e5 * abs(w) * z / level
-        force[i] = 2e5 * z + 300 * rate + 180 * w + 14 * a[i]
-        z += rate * step
+    x, v, a = swung(t, [(0.03, 0.25, 0.0), (0.008, 0.61, 1.0)])
+    steady = 20.5 + 8.5 * np.exp(-((v / 0.008) ** 2))
+    force = bristles(v, steady, 2e5, 300.0, step) + 180 * v + 14 * a
     t, x, force = t[::10], x[::10], force[::10]
 
     def find(seed: int) -> tuple[str, pd.DataFrame]:

@@ -523,10 +523,9 @@ def inertia_error(rows: Rows, nodes: int) -> tuple[float, float]:
 
     It is the slope of the force over the acceleration, beside a free curve over the speed and a force of the place.
     """
-    position = [rows.position - rows.middle[1]] if np.isfinite(rows.position).all() else []
-    position += [np.sin(rows.position), np.cos(rows.position)] if position and rows.turning else []
-    free = FreeCurve.of(rows, nodes, Curve((), rows.reference, rows.middle)).columns(rows)
-    columns = np.column_stack([free[:, (free != 0).any(axis=0)], *position, np.asarray(rows.acceleration)])
+    of_position = ("restoring", *(GRAVITY if rows.turning else ())) if np.isfinite(rows.position).all() else ()
+    columns = FreeCurve.of(rows, nodes, Curve((*of_position, "inertia"), rows.reference, rows.middle)).columns(rows)
+    columns = columns[:, (columns != 0).any(axis=0)]
     size = np.linalg.norm(columns, axis=0)
     scaled = columns / size
     numbers = linear(scaled, rows.force, np.ones(len(rows)))

@@ -404,9 +404,9 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         for records without friction over slip velocity, or too few rows for the law asked for.
 
     Limits: no memory and no acceleration; what is so near a turn of the slip that friction builds up is left out, any other
-    loop becomes its middle, and the intervals hold its width only as scatter. An
-    offset shows only where the record slides both ways. Intervals count correlated rows as fewer and stated errors that
-    are too small as larger; they are those of the chosen form, and `notes` say where others that predict as well differ.
+    loop becomes its middle, and the intervals hold its width only as scatter. An offset shows only where the record slides
+    both ways. Intervals count correlated rows as fewer and stated errors that are too small as larger; they are those of the
+    chosen form, and `notes` say where others that predict as well differ.
     Where a free curve over speed, position or time predicts held-back rows better than the form, the first notes say so and
     the intervals are widened; after one of position or time `valid` is False.
 

@@ -70,27 +70,28 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], LeftOut, list[s
     root = tree.to_dataset(inherit=False)
     table = tree.children["steady"].to_dataset(inherit=False) if "steady" in tree.children else None
     series = {"time", "slip_velocity", "force"} <= set(map(str, root.variables))
-    data = table if table is not None else root
-    if series and (table is None or "branch" in table):
-        data = root
-        w, force = (_numbers(root, key, name) for key in ("slip_velocity", "force"))
+    sampled = series and (table is None or "branch" in table)
+    data = root if sampled or table is None else table
+    turning = "displacement" in data and data["displacement"].attrs.get("units") == "rad"
+    if sampled:
+        time, w, force = (_numbers(root, key, name) for key in ("time", "slip_velocity", "force"))
         unknown = np.full(len(w), math.nan)
         position = _numbers(root, "displacement", name) if "displacement" in root else unknown
-        turning = "displacement" in data and data["displacement"].attrs.get("units") == "rad"
         rows = Rows(w, force, np.ones(len(w)), unknown, position, np.full(len(w), name), True, turning=turning)
         _check(rows, name, "sample")
         stated = "slip_velocity_error" in root
         moving = np.abs(w) > SENSE * (_numbers(root, "slip_velocity_error", name) if stated else noise_level(w))
         slides = ~root["stuck"].to_numpy().astype(bool) if "stuck" in root else np.ones(len(w), dtype=bool)
         cutoff = float(root.attrs.get("cutoff", math.nan)) if table is not None else math.nan
-        smoothed = beside_sticks(_numbers(root, "time", name), slides, cutoff)
+        smoothed = beside_sticks(time, slides, cutoff)
         if np.count_nonzero(moving & slides & ~smoothed) < LEFT * np.count_nonzero(moving & slides):
             smoothed[:] = False
-        building = building_up(_numbers(root, "time", name), w, force, moving & slides & ~smoothed)
-        rows, inertia, notes = _with_inertia(rows, root, moving & slides & ~smoothed & ~building, name)
+        sliding = moving & slides & ~smoothed
+        building = _building_up(time, w, force, sliding)
+        rows, inertia, notes = _with_inertia(rows, root, sliding & ~building, name)
         slowest = 0.0 if building.any() else _slowest(w, force - inertia, moving & ~smoothed)
         left = _left_out(np.abs(w), slides, smoothed, moving, building, slowest, name)
-        moving &= slides & ~smoothed & ~building & (np.abs(w) > slowest)
+        moving = sliding & ~building & (np.abs(w) > slowest)
     elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
         w = _numbers(table, "slip_velocity", name)
         unknown = np.full(len(w), math.nan)
@@ -100,7 +101,9 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], LeftOut, list[s
 
         load = column("pressure" if "pressure" in table else "normal_force")
         source = table["source"].to_numpy().astype(str) if "source" in table else np.full(len(w), name)
-        rows = Rows(w, column("force"), column("force_error"), load, column("displacement"), source, False)
+        rows = Rows(
+            w, column("force"), column("force_error"), load, column("displacement"), source, False, turning=turning
+        )
         _check(rows, name, "row")
         moving, left, notes = np.abs(w) > 0, LeftOut(name, len(rows), {}), []
     else:
@@ -108,7 +111,6 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], LeftOut, list[s
     if not moving.any():
         raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
     units = stated_units(data)
-    rows = replace(rows, turning="displacement" in data and data["displacement"].attrs.get("units") == "rad")
     return rows.take(moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}, left, notes
 
 
@@ -213,7 +215,7 @@ def said_left_out(records: Sequence[LeftOut]) -> list[str]:
     ]
 
 
-def building_up(time: Array, w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _building_up(time: Array, w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Samples so near a turn of the slip that friction still builds up from the other sense (presliding, backlash).
 
     While a mass speeds up after a turn, its friction is laid beside that of the same speed and sense while it slows down, in
