@@ -9,7 +9,7 @@ first_records = script("first_records")
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == "joint" else pytest.mark.slow) for name in first_records.TASKS]
+    "name", [pytest.param(name, marks=() if name == "slide" else pytest.mark.slow) for name in first_records.TASKS]
 )
 def test_the_numbers_of_a_newcomers_record_are_found(name):
     task = first_records.TASKS[name]()

@@ -51,6 +51,7 @@ def test_scattered_cycles_are_shot_by_slips_and_hold_the_truth(refined):
     assert (refined.motions["end stuck"] == refined.motions["slips"]).all()
 
 
+@pytest.mark.slow
 def test_impulses_of_the_gauge_move_the_law_by_less_than_its_error(first, refined):
     random = np.random.default_rng(0)
     hit = []
