@@ -509,7 +509,13 @@ def page(folder: Path, peers: bool = True, kept: bool = False) -> str:
         "## What is said",
         "",
     ]
-    said = [f"- {name}: {what}".replace(f"{folder}/", "") for name, one in found.items() for what in one["said"]]
+    # The scale was given to all of them.
+    said = [
+        f"- {name}: {what}".replace(f"{folder}/", "")
+        for name, one in found.items()
+        for what in one["said"]
+        if not what.startswith("Scale given")
+    ]
     return INTRODUCTION + "\n".join([*lines, *said]) + "\n"
 
 

@@ -259,13 +259,21 @@ def loop(friction: xr.DataTree, orbit: ss.Orbit, ax: plt.Axes) -> plt.Axes:
     return ax
 
 
-def start() -> None:
-    """The record of the first page and the motion of the law found from it."""
+def record_and_law() -> None:
+    """The record that ships and the law found from it."""
     friction, orbit = example()
     panels = show.new_axes(1, 2, figsize=(8.4, 3.0), width_ratios=[1.5, 1])
     record(friction, panels[0], end=2.0)
     loop(friction, orbit, panels[1])
-    save(panels[0], "start.png")
+    save(panels[0], "gallery-record.png")
+
+
+def concepts() -> None:
+    """The pictures of the concepts, each with the name of its function."""
+    from concepts import PICTURES
+
+    for drawn in PICTURES:
+        save(drawn(), f"concept-{drawn.__name__}.svg")
 
 
 def orbit() -> None:
@@ -301,11 +309,15 @@ def loads() -> None:
 
 
 def pages() -> None:
-    """The pictures of tutorials and how-to pages that have the name of the page: each is what the block above it draws."""
+    """The pictures of the first page, tutorials and how-to pages with their name: what the block above each draws."""
     sys.path.insert(0, str(HERE.parents[1] / "tests"))
     from pages import blocks, run
 
-    for page in sorted([*HERE.parent.glob("tutorials/*.md"), *HERE.parent.glob("how-to/*.md")]):
+    for page in [
+        HERE.parent / "start.md",
+        *sorted(HERE.parent.glob("tutorials/*.md")),
+        *sorted(HERE.parent.glob("how-to/*.md")),
+    ]:
         if not any(block.picture.startswith(page.stem) for block in blocks(page)):
             continue
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
@@ -328,8 +340,8 @@ def paper() -> None:
 
 if __name__ == "__main__":
     figures = (
-        laws, setups, branches, loci, forced_calibrations, trade_offs, start, orbit, loads, pages, overview,
-        paper,
+        laws, setups, branches, loci, forced_calibrations, trade_offs, concepts, record_and_law, orbit, loads, pages,
+        overview, paper,
     )  # fmt: skip
     parts = {part.__name__: part for part in figures}
     for name in sys.argv[1:] or parts:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import matplotlib.pyplot as plt
 import numpy as np
 
-from stickslip.show.canvas import ABOVE, OKABE_ITO, SPEED_COLOURS, logarithmic_x, new_axes, shade_sticks, unit
+from stickslip.show.canvas import ABOVE, OKABE_ITO, SPEED_COLOURS, logarithmic_x, new_axes, shade_sticks, styled, unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,15 +42,21 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     releases = friction["break_away"]["t"].to_numpy() if "break_away" in friction.children else np.array([])
     held = "slip_acceleration" not in data  # a drive that holds its speeds: there is no way up or down
     middle = slice(None) if held else slice(*np.searchsorted(time, _window(time, releases)))
-    over_time, velocity, loop = new_axes(1, 3, figsize=(12.5, 3.6), layout="constrained")
+    with styled():
+        _, panels = plt.subplot_mosaic(
+            [["force", "loop"], ["velocity", "loop"]], figsize=(8.4, 4.2), width_ratios=[1.5, 1]
+        )
+    over_time, velocity, loop = (panels[name] for name in ("force", "velocity", "loop"))
     for ax, values, name in (
         (over_time, force, "friction F" + unit(data["force"])),
         (velocity, w, "slip velocity w" + unit(data["slip_velocity"])),
     ):
         ax.plot(time[middle], values[middle], color=OKABE_ITO["black"], lw=0.9)
         shade_sticks(ax, time[middle], stuck[middle])
-        ax.set(xlabel="time t" + unit(data["time"]), ylabel=name)
+        ax.set_ylabel(name.replace(" (", "\n("))
         ax.margins(x=0)
+    over_time.tick_params(labelbottom=False)
+    velocity.set_xlabel("time t" + unit(data["time"]))
     if held:
         _steady(loop, friction["steady"].to_dataset())
         return [over_time, velocity, loop]
@@ -67,12 +74,12 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
         marks += loop.plot(np.zeros(at_rest.size), at_rest, "o", ms=3.5, color=OKABE_ITO["green"], label="break-away")
     elif np.ptp(force) < 0.2 * np.abs(force).max():  # its scatter would look like a change of friction
         loop.set_ylim(*sorted((0.0, 1.15 * force[np.abs(force).argmax()])))
-    loop.set(xlabel=velocity.get_ylabel(), ylabel=over_time.get_ylabel())
-    legend = loop.legend(handles=marks, **ABOVE, ncols=3, columnspacing=1.0)
+    loop.set(xlabel=velocity.get_ylabel().replace("\n", " "), ylabel=over_time.get_ylabel().replace("\n", " "))
+    legend = loop.legend(handles=marks, **ABOVE, ncols=2, columnspacing=1.0)
     for handle in legend.legend_handles:
         handle.set_markersize(6)  # type: ignore[union-attr]
     if stuck[middle].any():
-        velocity.legend(handles=velocity.collections, **ABOVE)
+        over_time.legend(handles=over_time.collections, **ABOVE)
     return [over_time, velocity, loop]
 
 

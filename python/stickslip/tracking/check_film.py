@@ -142,9 +142,9 @@ def tracks_over_film(
         if math.isfinite(x[index]) and math.isfinite(y[index]):
             ax.plot(x[index], y[index], "+", ms=7, mew=1.0, color=style["color"])
     ax.set(
-        xlabel="x (px)", ylabel="y (px)", title=f"{float(motion['time'][index]):.3f} s, places then marked +",
+        xlabel="x (px)", ylabel="y (px)", title=f"at {float(motion['time'][index]):.3f} s; + marks where a mass is then",
         xlim=(-0.5, wide - 0.5), ylim=(high - 0.5, -0.5),
     )  # fmt: skip
     if motion.sizes["mass"] <= 8:  # beside the picture, never over it
-        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8)
     return ax

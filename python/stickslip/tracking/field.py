@@ -275,7 +275,7 @@ def field_plot(field: xr.Dataset, variable: str = "u", ax: Axes | None = None, *
     -------
     The axes, with a colour bar; what was not found is left white.
     """
-    from stickslip.show.canvas import new_axes
+    from stickslip.show.canvas import new_axes, styled
 
     if variable not in (*NAMES, "residual"):
         raise InputError(f"a field holds {', '.join((*NAMES, 'residual'))}, got {variable!r}; choose one of these")
@@ -292,7 +292,8 @@ def field_plot(field: xr.Dataset, variable: str = "u", ax: Axes | None = None, *
     mesh = ax.pcolormesh(field["x"], field["y"], values, shading="nearest", rasterized=True, **limits)
     words, unit = str(values.attrs["long_name"]), values.attrs["units"]
     quantity = (words if variable in words else f"{words}, {variable}") + ("" if unit == "1" else f" ({unit})")
-    ax.figure.colorbar(mesh, ax=ax)
+    with styled():
+        ax.figure.colorbar(mesh, ax=ax)
     ax.set(xlabel="x (px)", ylabel="y (px)", aspect="equal")
     ax.set_title(f"{quantity} at {float(values['time']):.4g} s", fontsize=8)
     if not ax.yaxis_inverted():

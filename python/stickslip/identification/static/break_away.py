@@ -70,7 +70,8 @@ class StaticFriction(Result):
         return self.fits[self.chosen]
 
     def _units(self, dimension: str) -> str | None:
-        return of_unit(self.rows, dimension).strip() or None
+        # behind a number nothing stands where it is dimensionless; on an axis that is a word
+        return of_unit(self.rows, dimension).strip() or self.rows.attrs.get("units", {}).get("force")
 
     @property
     def alternatives(self) -> list[str]:
