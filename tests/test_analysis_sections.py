@@ -326,9 +326,11 @@ def test_a_motion_that_still_settles_is_undecided():
 @pytest.mark.parametrize(
     ("damping", "speed", "law", "amplitude", "frequency"),
     [
-        (0.08, 1.22, ss.laws.ExponentialStribeck(1.0, 0.743, 0.43), 0.248, 2.166),
+        pytest.param(0.08, 1.22, ss.laws.ExponentialStribeck(1.0, 0.743, 0.43), 0.248, 2.166, marks=pytest.mark.slow),
         (0.08, 1.22, ss.laws.ExponentialStribeck(1.0, 0.743, 0.43), 0.248, 2.32),
-        (0.186, 1.27, ss.laws.ExponentialStribeck(1.0, 0.431, 0.5245), 0.541, 1.3876),
+        pytest.param(
+            0.186, 1.27, ss.laws.ExponentialStribeck(1.0, 0.431, 0.5245), 0.541, 1.3876, marks=pytest.mark.slow
+        ),
     ],
 )
 def test_a_spiral_to_a_motion_of_the_forcing_period_is_not_called_a_longer_period(

@@ -37,7 +37,7 @@ RATE = ss.laws.ForceRate(0.5, 0.5, 0.4, 0.3)
     [
         (LOGARITHMIC, None, 2 * 0.05 / 1.0),
         pytest.param(LOGARITHMIC, (0.05, 0.3), 2 * 0.05 / 1.0, marks=pytest.mark.slow),
-        (DWELL, (0.2, 0.8), 2 * 0.4 * 0.5),
+        pytest.param(DWELL, (0.2, 0.8), 2 * 0.4 * 0.5, marks=pytest.mark.slow),
         # f_s′(0) falls with the force rate k v here.
         (RATE, (0.1, 1.0), brentq(lambda v: v * (1 + v / 0.3) - 2 * 0.4 * 0.5, 0.0, 1.0, xtol=1e-15)),
     ],

@@ -20,7 +20,9 @@ from stickslip.model.system import load_system_document
 from stickslip.report.report import Report
 
 
-@pytest.mark.parametrize("preset", ["stick-slip", "forced", "brake", "chain"])
+@pytest.mark.parametrize(
+    "preset", ["stick-slip", "chain", *(pytest.param(name, marks=pytest.mark.slow) for name in ("forced", "brake"))]
+)
 def test_the_exported_system_is_simulated_to_the_same_bits(opened, tmp_path, preset):
     opened.run(f"explorer.open('#{preset}')")
     opened.run("explorer.change([['system.drive_velocity', 0.1 + 0.2]])")

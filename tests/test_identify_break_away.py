@@ -52,7 +52,12 @@ def test_slope_per_decade_and_its_error_are_those_of_the_textbook():
 
 
 @pytest.mark.parametrize(
-    "t", [None, np.nan, np.append(np.nan, np.arange(19.0))], ids=["none", "all unknown", "one unknown"]
+    "t",
+    [
+        pytest.param(None, id="none", marks=pytest.mark.slow),
+        pytest.param(np.nan, id="all unknown", marks=pytest.mark.slow),
+        pytest.param(np.append(np.nan, np.arange(19.0)), id="one unknown"),
+    ],
 )
 def test_a_table_made_by_hand_needs_no_times(t):
     random = np.random.default_rng(4)
@@ -491,7 +496,9 @@ def test_a_form_that_no_law_has_gives_way_to_the_closest_that_a_law_has():
     [
         ("exponential", DwellTime(kinetic=0.5, limit=0.3, rate=0.3)),
         pytest.param("Kato", DwellTime(kinetic=0.5, limit=0.3, rate=0.3, exponent=0.5), marks=pytest.mark.slow),
-        ("logarithmic with onset", LogarithmicDwell(kinetic=0.5, growth=0.06, onset=1.0)),
+        pytest.param(
+            "logarithmic with onset", LogarithmicDwell(kinetic=0.5, growth=0.06, onset=1.0), marks=pytest.mark.slow
+        ),
     ],
 )
 def test_the_form_of_the_law_is_chosen_or_named_among_those_that_do_as_well(form, law):

@@ -49,7 +49,9 @@ TRUTHS = {
 
 
 @pytest.mark.parametrize("repetitions", [1, pytest.param(20, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("form", TRUTHS)
+@pytest.mark.parametrize(
+    "form", [pytest.param(form, marks=[pytest.mark.slow] if number % 2 else []) for number, form in enumerate(TRUTHS)]
+)
 def test_the_form_is_found_and_its_numbers_lie_in_their_intervals(form: str, repetitions: int) -> None:
     force, truth = TRUTHS[form]
     held, found = 0, 0

@@ -199,11 +199,12 @@ def child(request):
     [
         *ENGINES,
         "batch",
-        "batch that asks seldom",
         "section",
         "sweep",
-        "sweep of a smooth law",
-        "sweep of integrations",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("batch that asks seldom", "sweep of a smooth law", "sweep of integrations")
+        ),
         "derivatives",
     ],
 )

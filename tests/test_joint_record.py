@@ -257,7 +257,9 @@ def test_gravity_is_not_passed_over_for_a_spring_of_unknown_zero() -> None:
     assert ((low <= truth) & (truth <= high)).all()
 
 
-@pytest.mark.parametrize(("weight", "larger"), [((0.05, 0.3), 1.12), ((0.2, -1.1), 0.9)])
+@pytest.mark.parametrize(
+    ("weight", "larger"), [((0.05, 0.3), 1.12), pytest.param((0.2, -1.1), 0.9, marks=pytest.mark.slow)]
+)
 def test_gravity_of_the_arm_is_told_from_friction_that_differs_by_the_sense(weight, larger) -> None:
     found = fit_steady(arm(1, weight, larger))
     assert "gravity" in found.chosen

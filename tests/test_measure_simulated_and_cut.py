@@ -35,9 +35,8 @@ def rig(drive, instrument="displacement", **more):
     ("drive", "instrument"),
     [
         (0.09, "displacement"),
-        (0.4, "spring_force"),
         *(pytest.param(drive, "displacement", marks=pytest.mark.slow) for drive in (0.14, 0.4)),
-        *(pytest.param(drive, "spring_force", marks=pytest.mark.slow) for drive in (0.09, 0.14)),
+        *(pytest.param(drive, "spring_force", marks=pytest.mark.slow) for drive in (0.09, 0.14, 0.4)),
     ],
 )
 def test_a_record_without_noise_has_tiny_errors_that_hold(drive, instrument):

@@ -157,7 +157,7 @@ def test_a_mass_that_overtakes_its_drive_is_said() -> None:
     assert any("the mass overtakes the drive for 35 % of the time, by up to 1 V" in note for note in notes)
 
 
-@pytest.mark.parametrize("factor", [1000.0, 1.5, 0.2])
+@pytest.mark.parametrize("factor", [1000.0, pytest.param(1.5, marks=pytest.mark.slow), 0.2])
 def test_a_drive_velocity_that_contradicts_the_sticks_is_said(factor: float) -> None:
     t = np.arange(0, 8, 0.004)
     slider = ss.Oscillator(1.0, 0.05, ss.laws.StaticKinetic(6.0, 4.0), mass=1.2, stiffness=600.0)

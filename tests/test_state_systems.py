@@ -93,7 +93,14 @@ def test_stiff_bristles_tend_to_coulomb_friction_on_two_masses():
 SOFT_ROCK = ss.laws.RateState(1.0, 0.1, 0.08, length=1.0, reference_velocity=1.0)
 
 
-@pytest.mark.parametrize("name", [name for name, kind in Law.ALL.items() if issubclass(kind, StateLaw)])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name in ("Dahl", "ElastoPlastic", "Regularised") else [])
+        for name, kind in Law.ALL.items()
+        if issubclass(kind, StateLaw)
+    ],
+)
 def test_every_law_with_a_state_runs_between_masses_and_on_one_mass_as_on_an_oscillator(name):
     law = SOFT_ROCK if name == "RateState" else Law.ALL[name].example()
     oscillator = ss.Oscillator(0.05, 0.2, law, forcing=ss.Harmonic(0.2, 0.9))

@@ -20,7 +20,9 @@ def make(path, drive_velocity=0.15, duration=4.0, **camera):
     return film(orbit, path, start=20.0, duration=duration, **(SMALL | camera))
 
 
-@pytest.mark.parametrize("drive_velocity", [0.15, 0.27, 0.31])
+@pytest.mark.parametrize(
+    "drive_velocity", [0.15, *(pytest.param(speed, marks=pytest.mark.slow) for speed in (0.27, 0.31))]
+)
 def test_places_lie_within_a_twentieth_of_a_pixel_of_the_truth_without_any_option(tmp_path, drive_velocity):
     truth = make(tmp_path / "film.avi", drive_velocity)
     motion = track(tmp_path / "film.avi")
@@ -37,7 +39,14 @@ def test_the_uncertainty_of_a_point_is_the_scatter_that_is_there(tmp_path):
     assert 0.6 < normal.std() < 1.6
 
 
-@pytest.mark.parametrize("camera", [{"k1": 0.08}, {"exposure": 0.5, "light": 0.6}, {"noise": 0.3, "blur": 1.5}])
+@pytest.mark.parametrize(
+    "camera",
+    [
+        {"k1": 0.08},
+        pytest.param({"exposure": 0.5, "light": 0.6}, marks=pytest.mark.slow),
+        pytest.param({"noise": 0.3, "blur": 1.5}, marks=pytest.mark.slow),
+    ],
+)
 def test_lens_blur_and_bad_light_do_little_harm(tmp_path, camera):
     truth = make(tmp_path / "film.avi", **camera)
     motion = track(tmp_path / "film.avi", tomllib.loads(truth.attrs["setup"]))

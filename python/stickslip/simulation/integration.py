@@ -158,7 +158,8 @@ def integrate(
                     slope,
                     (low, high),
                     pieces[-1].y[:, -1] if pieces else first,
-                    events=time_left,
+                    # looked at in every step, at a fifth of its time
+                    events=None if max_seconds is None else time_left,
                     # The others take one relative error for all variables.
                     rtol=np.maximum(tolerance * share, _SMALLEST) if attempt == "LSODA" else tolerance,
                     atol=tolerance * scale,

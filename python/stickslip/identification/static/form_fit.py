@@ -183,7 +183,7 @@ def _aside_of_the_line(rows: pd.DataFrame) -> Array:
 
 @dataclass(frozen=True)
 class Beside:
-    """Sticks at their stick times t_s and a little beside them, for the slope of a limit; shapes (3, n) and (n,)."""
+    """Sticks at their stick times t_s and a little beside them, for the slope of a limit; shape (3 n,) each."""
 
     time: Array
     rate: Array
@@ -191,7 +191,7 @@ class Beside:
     @classmethod
     def of(cls, time: Array, rate: Array) -> Self:
         """Of stick times and force rates, shape (n,)."""
-        return cls(np.stack([time, time + 1e-3 * time, time - 1e-3 * time]), rate)
+        return cls(np.concatenate([time, time + 1e-3 * time, time - 1e-3 * time]), np.tile(rate, 3))
 
     def approach(self, limit: Callable[[Array, Array], Array]) -> tuple[Array, Array]:
         """f_s(t_s, δ), and how fast the load of a stick nears it over how fast it rises: 1 − f_s′/δ, within `APPROACH`.
@@ -199,10 +199,11 @@ class Beside:
         A stick that is stronger by r, or is seen to end too late by r/δ, breaks away r / (1 − f_s′/δ) higher up its loading
         line, as the limit grows while the load goes on to meet it. 1 where no rate is known.
         """
-        here, after, before = limit(self.time.ravel(), np.tile(self.rate, 3)).reshape(3, -1)
-        slope = (after - before) / (2e-3 * self.time[0])
+        here, after, before = limit(self.time, self.rate).reshape(3, -1)
+        count = here.size
+        slope = (after - before) / (2e-3 * self.time[:count])
         with np.errstate(over="ignore"):  # it is cut off
-            nearing = np.clip(1 - slope / np.maximum(self.rate, 1e-300), *APPROACH)
+            nearing = np.clip(1 - slope / np.maximum(self.rate[:count], 1e-300), *APPROACH)
         return here, np.where(np.isnan(nearing), 1.0, nearing)
 
 
