@@ -39,7 +39,12 @@ RATE = ss.laws.ForceRate(0.5, 0.5, 0.4, 0.3)
         pytest.param(LOGARITHMIC, (0.05, 0.3), 2 * 0.05 / 1.0, marks=pytest.mark.slow),
         pytest.param(DWELL, (0.2, 0.8), 2 * 0.4 * 0.5, marks=pytest.mark.slow),
         # f_s′(0) falls with the force rate k v here.
-        (RATE, (0.1, 1.0), brentq(lambda v: v * (1 + v / 0.3) - 2 * 0.4 * 0.5, 0.0, 1.0, xtol=1e-15)),
+        pytest.param(
+            RATE,
+            (0.1, 1.0),
+            brentq(lambda v: v * (1 + v / 0.3) - 2 * 0.4 * 0.5, 0.0, 1.0, xtol=1e-15),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_stick_slip_over_neutral_slip_ends_where_its_stick_time_vanishes(law, bounds, end):
@@ -93,6 +98,7 @@ def test_neutral_slip_is_named_and_has_no_critical_velocity(law, bounds):
     assert f"neutral slip from {bounds[0]:g} to {bounds[1]:g}" in repr(found)
 
 
+@pytest.mark.slow
 def test_slip_that_becomes_neutral_or_ceases_to_be_is_a_corner():
     level = ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0)
     found = ss.critical_velocities(ss.Oscillator(0.0, 0.3, level), (0.1, 0.8))
@@ -239,6 +245,7 @@ def test_the_judge_finds_a_motion_that_only_starts_on_the_drive_reach():
     assert not evidence.confirmed(system, "adding_sliding", 0.0388, 0.0005)
 
 
+@pytest.mark.slow
 def test_a_search_says_how_far_it_is():
     said = []
     ss.critical_velocities(

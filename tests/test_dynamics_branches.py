@@ -136,6 +136,7 @@ def end_of_crossings(damping):
     return ss.locus(point, ("law.kinetic", "forcing.frequency"), ((0.1, 0.75), (0.2, 0.71)))
 
 
+@pytest.mark.slow
 def test_a_locus_of_crossings_ends_at_the_turn_of_third_order_known_in_closed_form():
     curve = end_of_crossings(0.1)
     (end,) = curve.special_points

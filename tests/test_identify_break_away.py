@@ -97,6 +97,7 @@ def test_sticks_that_happen_to_hold_more_and_so_last_longer_are_no_growth():
     assert all(slope["low"] < 0 < slope["high"] for slope in slopes)
 
 
+@pytest.mark.slow
 def test_growth_is_found_where_sticks_begin_at_unlike_forces():
     for seed in range(2):
         found = fit_static_friction(loaded(seed, 0.2, 0.01, 0.4))
@@ -169,6 +170,7 @@ def test_stick_time_tied_to_force_rate_is_said():
     assert "tied" in " ".join(found.notes)
 
 
+@pytest.mark.slow
 def test_a_form_that_bends_down_between_three_rests_is_no_fall():
     # Three records at three drive velocities, each with an error that all its break-aways share.
     random, trees = np.random.default_rng(4), []
@@ -190,6 +192,7 @@ def test_a_form_that_bends_down_between_three_rests_is_no_fall():
     assert "do not grow clearly with stick time: on the logarithmic form by" in said
 
 
+@pytest.mark.slow
 def test_a_fall_from_record_to_record_is_no_effect_of_rest():
     trees = []
     for seed, (rest, level) in enumerate([(2.0, 0.68), (0.02, 0.7)]):
@@ -213,6 +216,7 @@ def test_a_fall_from_record_to_record_is_no_effect_of_rest():
     )
 
 
+@pytest.mark.slow
 def test_free_force_rate_is_not_called_tied():
     random, t_s = scattered(7)
     rate = 10 ** random.uniform(-1, 1, t_s.size)
@@ -332,6 +336,7 @@ def test_growth_that_a_force_rate_halves_is_recovered():
     np.testing.assert_allclose(found.best(1.0, 0.8), 0.5 + 0.15 * (1 - np.exp(-1.5)), atol=0.003)
 
 
+@pytest.mark.slow
 def test_a_bent_surface_is_chosen_where_no_form_fits():
     random, t_s, rate = free_rows(14)
     force = 0.7 + 0.05 * np.log10(t_s) * np.log10(rate) + 0.004 * random.standard_normal(t_s.size)

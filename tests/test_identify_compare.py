@@ -93,6 +93,7 @@ def test_two_branches_are_told_apart():
         np.testing.assert_allclose(np.interp(inner, *got.T), np.interp(inner, *true.T), atol=0.02)
 
 
+@pytest.mark.slow
 def test_force_rate_is_recovered_and_needs_several_rates():
     law = ss.laws.ForceRate(kinetic=0.5, limit=0.6, rate=0.3, force_rate_scale=0.2)
     found = identify(orbits(law, (0.04, 0.08, 0.12)), law="ForceRate")

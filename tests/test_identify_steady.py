@@ -103,6 +103,7 @@ def test_a_force_of_the_place_is_told_from_friction() -> None:
     assert found.law == ss.laws.Coulomb(kinetic=found.parameters.loc["kinetic", "value"])
 
 
+@pytest.mark.slow
 def test_the_law_has_the_chosen_form_without_its_offset(tmp_path: Path) -> None:
     found = fit_steady(curve(W, TRUTHS["Coulomb + viscous, offset"][0], 0.004))
     assert found.law is not None

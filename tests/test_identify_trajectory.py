@@ -79,6 +79,7 @@ def test_intervals_hold_the_truth(name):
     assert (table["inside"] >= 34).all(), table
 
 
+@pytest.mark.slow
 def test_repetitions_go_on_from_their_file(tmp_path):
     path, case = tmp_path / "coverage.csv", replace(CASES["StaticKinetic"], drive_velocities=(0.3,), duration=15.0)
     short = coverage(case, repetitions=1, path=path)

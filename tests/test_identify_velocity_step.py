@@ -116,6 +116,7 @@ def test_what_has_no_step_is_refused() -> None:
         fit_velocity_step(measure(step_record("slip"), in_newton))
 
 
+@pytest.mark.slow
 def test_the_command_takes_one_step_for_rate_and_state_without_being_told(tmp_path: Path, capsys) -> None:
     from stickslip.cli.main import main
 

@@ -56,6 +56,7 @@ def by_hand(friction: xr.DataTree, law: ss.laws.Law, offset: float = 0.0) -> flo
     return float(np.sqrt(np.mean((data["force"].to_numpy() - law.kinetic_force(w) - offset)[clear] ** 2)))
 
 
+@pytest.mark.slow
 def test_a_law_asked_for_gets_the_numbers_that_friction_over_speed_gives(joint: xr.DataTree) -> None:
     found = ss.identify(joint, law=JOINT, free=NAMES)
     truth = ss.laws.numbers.value
@@ -456,6 +457,7 @@ def test_an_inertia_that_the_rig_does_not_give_is_fitted_and_said() -> None:
     assert sum("the rig gives none. Set inertia in the rig" in note for note in found.notes) == 1
 
 
+@pytest.mark.slow
 def test_friction_that_lags_behind_the_speed_is_no_inertia() -> None:
     # A fall of friction that comes 20 ms late adds a force along the acceleration, but at low speed only.
     def late(t, w, _):

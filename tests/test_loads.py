@@ -247,6 +247,7 @@ def _differences(cycle: Any) -> list[complex]:
     return sorted(np.linalg.eigvals(np.column_stack(columns)), key=abs)
 
 
+@pytest.mark.slow
 def test_the_amplitude_of_a_normal_force_is_a_parameter_like_any_other():
     amplitudes = [0.1, 0.2, 0.3]
     name = "normal_force.harmonics.0.amplitude"

@@ -90,6 +90,7 @@ def test_a_jump_of_the_map_breaks_the_unstable_manifold_and_ends_the_stable_one(
     assert 0.45 < curve[-1, 1] < 0.5001
 
 
+@pytest.mark.slow
 def test_the_unstable_manifold_is_mapped_onto_itself(saddle, curves):
     found = ss.manifold(saddle, length=2.0, spacing=0.005)
     for curve in curves["unstable"].sides:

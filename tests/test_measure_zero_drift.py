@@ -68,6 +68,7 @@ def test_no_drift_is_said_where_there_is_none(clean, seed):
     assert friction.attrs["force_common"] == 0.0
 
 
+@pytest.mark.slow
 def test_break_aways_that_grow_are_no_drift_of_the_zero():
     def limit(rest):  # noqa: ARG001
         limit.count += 1e-6

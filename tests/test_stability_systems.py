@@ -183,6 +183,7 @@ def test_derivatives_under_heavy_damping_without_modes_are_refused_in_one_senten
             ask(pair)
 
 
+@pytest.mark.slow
 def test_exponent_of_strong_chaos_is_the_average_of_the_release_map() -> None:
     # No published set: of 288 sets that were tried the one with the largest exponent, 0.3 a period.
     frequency = 1.3
