@@ -201,6 +201,7 @@ def test_a_small_cycle_is_followed_down_to_the_hopf_point():
     assert value == pytest.approx(belt.law.scale * math.log(0.5 / 0.5 / 0.1), abs=1e-10)
 
 
+@pytest.mark.slow
 def test_rounding_in_the_return_map_makes_no_branch_creep():
     # A stick forgets all: the derivative of the return map is zero, of which rounding leaves some 1e-17, or nothing.
     system, bounds = evidence.oscillator(26)
@@ -227,6 +228,7 @@ def test_a_fold_is_found_once_where_the_parameter_stands_still_along_the_branch(
     assert np.ptp(touch.x) / 2 == pytest.approx(half, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_no_cycle_is_looked_for_where_a_motion_decays_slowly(monkeypatch):
     system, _ = evidence.oscillator(50)
     tried = []
@@ -259,6 +261,7 @@ def test_a_search_says_how_far_it_is():
         assert counts[-1] == (counts[0][1], counts[0][1])
 
 
+@pytest.mark.slow
 def test_a_search_says_that_it_goes_on_before_each_run_and_each_point(monkeypatch):
     silent, most, add = {"runs": 0, "points": 0}, {"runs": 0, "points": 0}, Branch.add
 

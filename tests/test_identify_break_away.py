@@ -107,6 +107,7 @@ def test_growth_is_found_where_sticks_begin_at_unlike_forces():
         assert found.chosen != "constant"
 
 
+@pytest.mark.slow
 def test_sticks_that_all_begin_at_one_force_say_nothing_of_growth():
     found = fit_static_friction(loaded(1, 0.0, 0.2, 0.001))
     assert found.chosen == "constant"
@@ -305,6 +306,7 @@ def test_kato_s_exponent_is_recovered():
         assert table.loc[name, "low"] <= true <= table.loc[name, "high"], name
 
 
+@pytest.mark.slow
 def test_power_of_the_stick_time_is_recovered_and_chosen():
     random, t_s = scattered(11, 300)
     force = 0.5 + 0.1 * t_s**0.7 + 0.003 * random.standard_normal(300)

@@ -50,6 +50,7 @@ def test_one_drive_velocity_is_refused_for_the_papers_law():
         identify(friction, law="BogaczRyczek")
 
 
+@pytest.mark.slow
 def test_sticks_in_every_record_are_refused_for_the_papers_law():
     orbits = [ss.simulate(ss.paper.oscillator(s), 150) for s in (0.1, 0.15)]
     frictions = [friction_of_orbit(orbit, np.arange(0, 150, 0.02), 0.003) for orbit in orbits]
@@ -152,6 +153,7 @@ def test_of_a_clipped_gauge_there_are_no_break_aways():
     assert coarse.law.kinetic == pytest.approx(0.6, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_zero_that_nobody_gave_is_said_where_no_record_tells_it():
     tree = measured(t_end=60)
     word = "all friction forces are off by the force it stands for"

@@ -115,6 +115,7 @@ def test_the_law_has_the_chosen_form_without_its_offset(tmp_path: Path) -> None:
     assert stribeck.scale == pytest.approx(0.1, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_pictures_axes_say_what_is_drawn() -> None:
     found = fit_steady(curve(W, TRUTHS["Coulomb, offset"][0], 0.004))
     axes = found.plot()

@@ -169,6 +169,7 @@ def test_a_wrong_inertia_is_named_and_no_spring_is_invented(given: float) -> Non
     np.testing.assert_allclose(found.law.kinetic_force([-0.5, 0.5]), JOINT.kinetic_force([-0.5, 0.5]), atol=0.003)
 
 
+@pytest.mark.slow
 def test_a_right_inertia_is_not_contradicted_and_samples_left_out_are_counted(joint: xr.DataTree) -> None:
     notes = fit_steady(joint, law="ExponentialStribeck").notes
     assert not any("contradicts" in note for note in notes)
@@ -249,6 +250,7 @@ def arm(
     return xr.DataTree(xr.Dataset(columns))
 
 
+@pytest.mark.slow
 def test_gravity_is_not_passed_over_for_a_spring_of_unknown_zero() -> None:
     found = fit_steady(arm(101, exponent=1.4), law="ExponentialStribeck")
     assert "gravity" in found.chosen

@@ -321,6 +321,7 @@ def test_steady_slip_under_a_load_that_varies():
     assert abs(stuck.at(5.0)[0] - x) < 1e-12
 
 
+@pytest.mark.slow
 def test_pieces_of_a_spring_agree_with_another_integrator():
     """A stop with its gap, backlash and a cubic spring, under friction; every piece that is entered is an event."""
     stop = ss.Spring.stop(0.5, stiffness=40.0)

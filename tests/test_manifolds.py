@@ -233,6 +233,7 @@ def test_the_unstable_manifold_of_a_cycle_is_mapped_onto_itself(two_cycles):
             assert distance(np.hstack(run.at(at)), known) < 1e-3
 
 
+@pytest.mark.slow
 def test_what_several_masses_have_no_curve_of_is_refused(two_cycles):
     orbit, _ = two_cycles
     with pytest.raises(ss.InputError, match=r"no curve: it has 2 dimensions in the section; take side=\"unstable\""):

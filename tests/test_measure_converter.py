@@ -55,6 +55,7 @@ def said(friction, words):
     return [note for note in friction.attrs["notes"] if words in note]
 
 
+@pytest.mark.slow
 def test_a_record_as_it_is_has_no_such_note(orbit):
     friction = measured(seen(orbit))
     assert not friction.attrs["notes"]

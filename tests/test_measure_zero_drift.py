@@ -110,5 +110,6 @@ def test_a_drive_of_several_speeds_is_said_and_one_of_them_measured(drives):
     assert found["kinetic"] == pytest.approx(KINETIC, abs=0.01)
 
 
+@pytest.mark.slow
 def test_one_speed_is_no_several(clean):
     assert not any("several speeds" in note for note in measured(clean, 32).attrs["notes"])

@@ -471,6 +471,7 @@ def test_what_has_no_mass_is_refused_where_forces_do_not_balance_in_one_way():
     assert type(slider).from_dict(slider.to_dict()) == slider
 
 
+@pytest.mark.slow
 def test_exponents_of_a_motion_that_rests_first_are_numbers():
     slider = ss.Oscillator(1e-3, 1.0, replace(ONE, b=0.015), stiffness=0.0035)
     exponents = ss.lyapunov(slider, 500.0).exponents

@@ -57,6 +57,7 @@ def test_two_masses_under_lugre_move_as_an_independent_run_says():
     assert v[:, 0] == pytest.approx(v[:, 1], abs=1e-8)
 
 
+@pytest.mark.slow
 def test_energy_of_drives_and_forcing_goes_into_friction_damping_and_what_is_stored():
     orbit = ss.simulate(PAIR, 6.0)
     t = np.linspace(0, 6, 120_001)
