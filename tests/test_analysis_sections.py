@@ -143,6 +143,7 @@ def test_what_is_steady_in_a_kept_orbit_is_what_a_run_tells(system):
         np.testing.assert_allclose(motion[name][-8:], row[name][0], atol=1e-12)
 
 
+@pytest.mark.long
 def test_a_law_with_a_state_is_seen_by_the_same_observers():
     law = ss.laws.LuGre(100.0, 2.0, 0.1, kinetic=0.6, break_away=1.0, scale=0.1)
     system = ss.Oscillator(damping=0.1, drive_velocity=0.1, law=law)
@@ -301,6 +302,7 @@ def test_a_torus_is_not_called_more_than_not_repeating():
     assert rows["parting"][0] < 10
 
 
+@pytest.mark.long
 def test_a_motion_that_still_settles_is_undecided():
     # By Runge and Kutta's method with fixed steps the period doubles below 1.8414, and positions one forcing period apart
     # differ by 0.150 at 1.80, by 2.4e-4 at 1.845 and 2.8e-7 at 1.85 after 1500 periods, less and less.
@@ -326,10 +328,10 @@ def test_a_motion_that_still_settles_is_undecided():
 @pytest.mark.parametrize(
     ("damping", "speed", "law", "amplitude", "frequency"),
     [
-        pytest.param(0.08, 1.22, ss.laws.ExponentialStribeck(1.0, 0.743, 0.43), 0.248, 2.166, marks=pytest.mark.slow),
+        pytest.param(0.08, 1.22, ss.laws.ExponentialStribeck(1.0, 0.743, 0.43), 0.248, 2.166, marks=pytest.mark.long),
         (0.08, 1.22, ss.laws.ExponentialStribeck(1.0, 0.743, 0.43), 0.248, 2.32),
         pytest.param(
-            0.186, 1.27, ss.laws.ExponentialStribeck(1.0, 0.431, 0.5245), 0.541, 1.3876, marks=pytest.mark.slow
+            0.186, 1.27, ss.laws.ExponentialStribeck(1.0, 0.431, 0.5245), 0.541, 1.3876, marks=pytest.mark.long
         ),
     ],
 )

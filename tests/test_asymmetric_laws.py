@@ -164,7 +164,7 @@ def test_a_combination_takes_each_part_from_its_law():
     assert events[0].equals(events[1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_friction_that_differs_between_the_directions_is_found_from_a_record():
     law = Asymmetric(StaticKinetic(1.3, 0.8), StaticKinetic(0.9, 0.4))
     orbit = ss.simulate(ss.Oscillator(0.05, 0.0, law, forcing=ss.Harmonic(1.6, 0.35)), 200)

@@ -40,6 +40,7 @@ def test_picture_table_and_code_are_those_of_the_law(file, tmp_path):
     assert written["plot"].stat().st_size > 1000
 
 
+@pytest.mark.long
 def test_a_fitted_law_says_and_draws_what_was_measured(tmp_path, capsys, monkeypatch):
     systems = [ss.Oscillator(0.1, s, ss.laws.DwellTime(0.5, 0.5, 0.4)) for s in (0.1, 0.2)]
     times = np.arange(40.0, 100.0, 0.05)

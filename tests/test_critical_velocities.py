@@ -37,13 +37,13 @@ RATE = ss.laws.ForceRate(0.5, 0.5, 0.4, 0.3)
     [
         (LOGARITHMIC, None, 2 * 0.05 / 1.0),
         pytest.param(LOGARITHMIC, (0.05, 0.3), 2 * 0.05 / 1.0, marks=pytest.mark.slow),
-        pytest.param(DWELL, (0.2, 0.8), 2 * 0.4 * 0.5, marks=pytest.mark.slow),
+        pytest.param(DWELL, (0.2, 0.8), 2 * 0.4 * 0.5, marks=pytest.mark.long),
         # f_s′(0) falls with the force rate k v here.
         pytest.param(
             RATE,
             (0.1, 1.0),
             brentq(lambda v: v * (1 + v / 0.3) - 2 * 0.4 * 0.5, 0.0, 1.0, xtol=1e-15),
-            marks=pytest.mark.slow,
+            marks=pytest.mark.long,
         ),
     ],
 )
@@ -98,7 +98,7 @@ def test_neutral_slip_is_named_and_has_no_critical_velocity(law, bounds):
     assert f"neutral slip from {bounds[0]:g} to {bounds[1]:g}" in repr(found)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slip_that_becomes_neutral_or_ceases_to_be_is_a_corner():
     level = ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0)
     found = ss.critical_velocities(ss.Oscillator(0.0, 0.3, level), (0.1, 0.8))
@@ -201,7 +201,7 @@ def test_a_small_cycle_is_followed_down_to_the_hopf_point():
     assert value == pytest.approx(belt.law.scale * math.log(0.5 / 0.5 / 0.1), abs=1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rounding_in_the_return_map_makes_no_branch_creep():
     # A stick forgets all: the derivative of the return map is zero, of which rounding leaves some 1e-17, or nothing.
     system, bounds = evidence.oscillator(26)
@@ -228,7 +228,7 @@ def test_a_fold_is_found_once_where_the_parameter_stands_still_along_the_branch(
     assert np.ptp(touch.x) / 2 == pytest.approx(half, abs=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_no_cycle_is_looked_for_where_a_motion_decays_slowly(monkeypatch):
     system, _ = evidence.oscillator(50)
     tried = []
@@ -247,7 +247,7 @@ def test_the_judge_finds_a_motion_that_only_starts_on_the_drive_reach():
     assert not evidence.confirmed(system, "adding_sliding", 0.0388, 0.0005)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_search_says_how_far_it_is():
     said = []
     ss.critical_velocities(
@@ -261,7 +261,7 @@ def test_a_search_says_how_far_it_is():
         assert counts[-1] == (counts[0][1], counts[0][1])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_search_says_that_it_goes_on_before_each_run_and_each_point(monkeypatch):
     silent, most, add = {"runs": 0, "points": 0}, {"runs": 0, "points": 0}, Branch.add
 
@@ -283,6 +283,7 @@ def test_a_search_says_that_it_goes_on_before_each_run_and_each_point(monkeypatc
     assert 0 < most["points"] <= 3
 
 
+@pytest.mark.long
 def test_a_search_ends_after_max_seconds_with_what_it_has_confirmed(monkeypatch):
     system = ss.Oscillator(0.0, 0.3, ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0))
     # A clock that stops after the first of several velocities is confirmed.

@@ -37,6 +37,7 @@ def cubic(law, w):
     return law.static - law.linear * w + law.cubic * w**3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("damping", "stiffness", "law", "position", "velocity", "word"),
     [

@@ -61,6 +61,7 @@ def test_an_unstable_orbit_of_a_branch_is_continued_over_another_number(result):
     assert not moved.stable
 
 
+@pytest.mark.long
 def test_what_a_branch_has_not_is_refused_in_one_sentence(result):
     with pytest.raises(ss.InputError, match="orbit must be from 0 to"):
         result.branches[0].orbit(1000)
@@ -136,7 +137,7 @@ def end_of_crossings(damping):
     return ss.locus(point, ("law.kinetic", "forcing.frequency"), ((0.1, 0.75), (0.2, 0.71)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_locus_of_crossings_ends_at_the_turn_of_third_order_known_in_closed_form():
     curve = end_of_crossings(0.1)
     (end,) = curve.special_points

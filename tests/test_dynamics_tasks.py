@@ -136,6 +136,7 @@ def test_a_place_that_cannot_hold_a_store_is_refused(tmp_path):
     assert sorted(item.name for item in tmp_path.iterdir()) == ["file", "folder"]
 
 
+@pytest.mark.long
 def test_swept_diagrams_go_on_where_they_were_killed(tmp_path):
     def diagram(path, **options):
         values = np.linspace(0.05, 0.6, 200)

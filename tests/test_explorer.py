@@ -168,6 +168,7 @@ def test_a_law_with_an_internal_state_moves_as_the_package_integrates_it(module,
     assert later.reshape(6, -1)[1, -1] == pytest.approx(float(further.at(60.0)[0]), abs=2e-3 * size)
 
 
+@pytest.mark.long
 def test_the_steady_motion_of_an_integration_is_that_of_the_package(module):
     system = ss.Oscillator(0.05, 0.2, Law.ALL["LuGre"].example())
     look = {"transient": 20.0, "window": 20.0, "tolerance": 1e-3, "surface": None, "points": 4, "max_events": 1}

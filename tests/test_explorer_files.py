@@ -21,7 +21,7 @@ from stickslip.report.report import Report
 
 
 @pytest.mark.parametrize(
-    "preset", ["stick-slip", "chain", *(pytest.param(name, marks=pytest.mark.slow) for name in ("forced", "brake"))]
+    "preset", ["stick-slip", "chain", *(pytest.param(name, marks=pytest.mark.long) for name in ("forced", "brake"))]
 )
 def test_the_exported_system_is_simulated_to_the_same_bits(opened, tmp_path, preset):
     opened.run(f"explorer.open('#{preset}')")
@@ -98,6 +98,7 @@ def fitted(browser):
     return browser.run("explorer.state.system.law")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("preset", "free", "slack"),
     # Where a forced slip turns between two samples the force rate of the turn is a little off.

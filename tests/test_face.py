@@ -178,6 +178,7 @@ def test_a_report_begins_with_its_summary_and_folds_long_lists():
     assert "prefers-color-scheme: dark" in page
 
 
+@pytest.mark.long
 def test_a_report_names_units_and_gives_numbers_in_the_digits_of_their_errors(tmp_path):
     from stickslip.examples import copy_example
     from stickslip.identification import compare_motion

@@ -8,6 +8,7 @@ from evidence import script
 first_records = script("first_records")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name == "slide" else pytest.mark.slow) for name in first_records.TASKS]
 )

@@ -54,8 +54,8 @@ def test_slope_per_decade_and_its_error_are_those_of_the_textbook():
 @pytest.mark.parametrize(
     "t",
     [
-        pytest.param(None, id="none", marks=pytest.mark.slow),
-        pytest.param(np.nan, id="all unknown", marks=pytest.mark.slow),
+        pytest.param(None, id="none", marks=pytest.mark.long),
+        pytest.param(np.nan, id="all unknown", marks=pytest.mark.long),
         pytest.param(np.append(np.nan, np.arange(19.0)), id="one unknown"),
     ],
 )
@@ -97,7 +97,7 @@ def test_sticks_that_happen_to_hold_more_and_so_last_longer_are_no_growth():
     assert all(slope["low"] < 0 < slope["high"] for slope in slopes)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_growth_is_found_where_sticks_begin_at_unlike_forces():
     for seed in range(2):
         found = fit_static_friction(loaded(seed, 0.2, 0.01, 0.4))
@@ -107,7 +107,7 @@ def test_growth_is_found_where_sticks_begin_at_unlike_forces():
         assert found.chosen != "constant"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sticks_that_all_begin_at_one_force_say_nothing_of_growth():
     found = fit_static_friction(loaded(1, 0.0, 0.2, 0.001))
     assert found.chosen == "constant"
@@ -171,7 +171,7 @@ def test_stick_time_tied_to_force_rate_is_said():
     assert "tied" in " ".join(found.notes)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_form_that_bends_down_between_three_rests_is_no_fall():
     # Three records at three drive velocities, each with an error that all its break-aways share.
     random, trees = np.random.default_rng(4), []
@@ -193,7 +193,7 @@ def test_a_form_that_bends_down_between_three_rests_is_no_fall():
     assert "do not grow clearly with stick time: on the logarithmic form by" in said
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fall_from_record_to_record_is_no_effect_of_rest():
     trees = []
     for seed, (rest, level) in enumerate([(2.0, 0.68), (0.02, 0.7)]):
@@ -217,7 +217,7 @@ def test_a_fall_from_record_to_record_is_no_effect_of_rest():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_free_force_rate_is_not_called_tied():
     random, t_s = scattered(7)
     rate = 10 ** random.uniform(-1, 1, t_s.size)
@@ -306,7 +306,7 @@ def test_kato_s_exponent_is_recovered():
         assert table.loc[name, "low"] <= true <= table.loc[name, "high"], name
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_power_of_the_stick_time_is_recovered_and_chosen():
     random, t_s = scattered(11, 300)
     force = 0.5 + 0.1 * t_s**0.7 + 0.003 * random.standard_normal(300)
@@ -338,7 +338,7 @@ def test_growth_that_a_force_rate_halves_is_recovered():
     np.testing.assert_allclose(found.best(1.0, 0.8), 0.5 + 0.15 * (1 - np.exp(-1.5)), atol=0.003)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_bent_surface_is_chosen_where_no_form_fits():
     random, t_s, rate = free_rows(14)
     force = 0.7 + 0.05 * np.log10(t_s) * np.log10(rate) + 0.004 * random.standard_normal(t_s.size)
@@ -387,6 +387,7 @@ def test_a_drift_that_mimics_growth_is_said():
     assert "a drift and growth with rest cannot be told apart" in " ".join(found.notes)
 
 
+@pytest.mark.long
 def test_a_detection_threshold_is_said():
     random, t_s = scattered(17)
     tree = friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size))
@@ -504,7 +505,7 @@ def test_a_form_that_no_law_has_gives_way_to_the_closest_that_a_law_has():
         ("exponential", DwellTime(kinetic=0.5, limit=0.3, rate=0.3)),
         pytest.param("Kato", DwellTime(kinetic=0.5, limit=0.3, rate=0.3, exponent=0.5), marks=pytest.mark.slow),
         pytest.param(
-            "logarithmic with onset", LogarithmicDwell(kinetic=0.5, growth=0.06, onset=1.0), marks=pytest.mark.slow
+            "logarithmic with onset", LogarithmicDwell(kinetic=0.5, growth=0.06, onset=1.0), marks=pytest.mark.long
         ),
     ],
 )

@@ -93,7 +93,7 @@ def test_two_branches_are_told_apart():
         np.testing.assert_allclose(np.interp(inner, *got.T), np.interp(inner, *true.T), atol=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_force_rate_is_recovered_and_needs_several_rates():
     law = ss.laws.ForceRate(kinetic=0.5, limit=0.6, rate=0.3, force_rate_scale=0.2)
     found = identify(orbits(law, (0.04, 0.08, 0.12)), law="ForceRate")
@@ -159,6 +159,7 @@ def test_law_with_memory_wins_on_held_back_records_and_the_rest_is_worse():
     assert "each of the records in turn" in found.sentences[0]
 
 
+@pytest.mark.long
 def test_what_the_data_cannot_decide_is_said_and_the_simpler_law_chosen():
     found = compare_laws(swept(ss.laws.Rational(1.0, weakening=0.3), count=300), ["Cubic", "Rational"])
     assert type(found.best.law).__name__ == "Rational"

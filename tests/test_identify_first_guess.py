@@ -49,7 +49,7 @@ CURVE = ExponentialStribeck(1.0, 0.6, 0.2, 0.1)
 @pytest.mark.parametrize(
     ("law", "velocities", "damping"),
     [
-        pytest.param(Lorentzian(1.0, 0.5, scale=0.1, viscous=0.2), (0.1, 0.3), 0.1, marks=pytest.mark.slow),
+        pytest.param(Lorentzian(1.0, 0.5, scale=0.1, viscous=0.2), (0.1, 0.3), 0.1, marks=pytest.mark.long),
         (Tabulated([(0, 0.9), (0.1, 0.7), (0.3, 0.6), (0.6, 0.65)], 0.95), (0.1, 0.3), 0.1),
         (Regularised(CURVE, width=1e-3), (0.1, 0.3), 0.1),
         (RateState(1.0, a=0.02, b=0.03, length=0.05, reference_velocity=0.2), (0.02, 0.1, 0.5), 0.3),
@@ -57,7 +57,7 @@ CURVE = ExponentialStribeck(1.0, 0.6, 0.2, 0.1)
             smooth_from_function(lambda w: 0.6 + 0.4 * np.exp(-w / 0.3) + 0.1 * w, 2.0),
             (0.1, 0.3),
             0.1,
-            marks=pytest.mark.slow,
+            marks=pytest.mark.long,
         ),
         (BoucWen(stiffness=40.0, beta=60.0, gamma=0.0), (0.2,), 0.1),
     ],

@@ -35,7 +35,7 @@ def moves(law):
 
 
 @pytest.mark.parametrize(
-    "form", [pytest.param(form, marks=[pytest.mark.slow] if number % 2 else []) for number, form in enumerate(CURVES)]
+    "form", [pytest.param(form, marks=[pytest.mark.long] if number % 2 else []) for number, form in enumerate(CURVES)]
 )
 def test_a_curve_is_saved_as_its_formula_with_its_covariance(form: str, tmp_path: Path) -> None:
     force, kind = CURVES[form]
@@ -93,7 +93,7 @@ WAYS = {
 }
 
 
-@pytest.mark.parametrize("way", ["branches", "trajectories", pytest.param("laws", marks=pytest.mark.slow), "curve"])
+@pytest.mark.parametrize("way", ["branches", "trajectories", pytest.param("laws", marks=pytest.mark.long), "curve"])
 def test_the_law_of_a_way_is_loaded_with_its_covariance_and_moves(way: str, tmp_path: Path, capsys) -> None:
     make, options = WAYS[way]
     make().to_netcdf(tmp_path / "f.nc", engine="h5netcdf")

@@ -56,7 +56,7 @@ def test_a_law_predicts_kind_and_stick_time_of_another_run(alike):
     assert name.replace("_", " ") not in " ".join(found.sentences)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sticks_and_the_highest_force_are_predicted_and_a_begin_that_is_not_steady_does_not_count(alike):
     row = predict_motion(alike, run(0.2, seed=2), duration=100.0)
     for name in ("amplitude", "stick_rate", "max_force"):
@@ -203,7 +203,7 @@ def test_the_command_predicts_further_runs(tmp_path, capsys):
     assert row["stick_time_predicted"] == pytest.approx(row["stick_time"], rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_command_predicts_a_run_from_a_rig_file(tmp_path, capsys):
     law, file = tmp_path / "run.nc", tmp_path / "next.toml"
     run(0.1).to_netcdf(law, engine="h5netcdf")

@@ -79,7 +79,7 @@ def test_errors_grow_with_what_differs_between_the_steps() -> None:
     assert wavy.parameters.loc["a", "error"] > 3 * calm.parameters.loc["a", "error"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_command_takes_all_steps(tmp_path: Path, capsys) -> None:
     measure(steps_record("aging", 3), RIG).to_netcdf(tmp_path / "f.nc", engine="h5netcdf")
     law, picture = tmp_path / "law.toml", tmp_path / "fit.png"

@@ -188,7 +188,7 @@ def test_numbers_held_fixed_are_kept_and_said():
     assert "Held fixed as asked: rate = 0.3." in found.notes
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_same_records_give_the_same_law_to_the_bit():
     data = records(orbits(ss.laws.StaticKinetic(break_away=1.0, kinetic=0.6), [0.1, 0.2], t_end=100), 0.01, 7)
     assert identify(data, law="StaticKinetic").law == identify(data, law="StaticKinetic").law

@@ -50,7 +50,7 @@ def test_one_drive_velocity_is_refused_for_the_papers_law():
         identify(friction, law="BogaczRyczek")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sticks_in_every_record_are_refused_for_the_papers_law():
     orbits = [ss.simulate(ss.paper.oscillator(s), 150) for s in (0.1, 0.15)]
     frictions = [friction_of_orbit(orbit, np.arange(0, 150, 0.02), 0.003) for orbit in orbits]
@@ -141,6 +141,7 @@ def test_noise_as_large_as_the_falls_is_refused():
         identify(measured(noise=1.5, t_end=60), law="StaticKinetic")
 
 
+@pytest.mark.long
 def test_of_a_clipped_gauge_there_are_no_break_aways():
     clipped = measured(change=lambda x: np.minimum(x, 0.8), t_end=60)
     with pytest.raises(
@@ -153,7 +154,7 @@ def test_of_a_clipped_gauge_there_are_no_break_aways():
     assert coarse.law.kinetic == pytest.approx(0.6, abs=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_zero_that_nobody_gave_is_said_where_no_record_tells_it():
     tree = measured(t_end=60)
     word = "all friction forces are off by the force it stands for"

@@ -166,6 +166,7 @@ def test_a_result_survives_a_pickle_and_a_copy_and_compares_by_content(found):
     assert found != "an identification"
 
 
+@pytest.mark.long
 def test_friction_that_would_drive_beyond_the_records_is_named():
     law = ss.laws.ExponentialStribeck(break_away=2.9, kinetic=1.9, scale=15.0, viscous=-0.05, exponent=2.0)
     orbit = ss.simulate(ss.Oscillator(0.02, 8.8, law, mass=0.06, stiffness=17.0), 6.0)

@@ -91,7 +91,7 @@ def test_static_friction_is_found_from_sticks_whose_chance_lies_on_the_loading_l
     assert found.rate == pytest.approx(0.3, abs=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_static_friction_of_a_combined_law_is_found_by_slips():
     law = ss.laws.Combined(ss.laws.LogarithmicDwell(1.0, 0.08, 0.3), ss.laws.ExponentialStribeck(0.95, 0.7, 0.1, 0.05))
     times = np.arange(0.0, 150.0, 0.05)

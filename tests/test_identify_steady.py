@@ -50,7 +50,7 @@ TRUTHS = {
 
 @pytest.mark.parametrize("repetitions", [1, pytest.param(20, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
-    "form", [pytest.param(form, marks=[pytest.mark.slow] if number % 2 else []) for number, form in enumerate(TRUTHS)]
+    "form", [pytest.param(form, marks=[pytest.mark.long] if number % 2 else []) for number, form in enumerate(TRUTHS)]
 )
 def test_the_form_is_found_and_its_numbers_lie_in_their_intervals(form: str, repetitions: int) -> None:
     force, truth = TRUTHS[form]
@@ -103,7 +103,7 @@ def test_a_force_of_the_place_is_told_from_friction() -> None:
     assert found.law == ss.laws.Coulomb(kinetic=found.parameters.loc["kinetic", "value"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_law_has_the_chosen_form_without_its_offset(tmp_path: Path) -> None:
     found = fit_steady(curve(W, TRUTHS["Coulomb + viscous, offset"][0], 0.004))
     assert found.law is not None
@@ -115,7 +115,7 @@ def test_the_law_has_the_chosen_form_without_its_offset(tmp_path: Path) -> None:
     assert stribeck.scale == pytest.approx(0.1, rel=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_pictures_axes_say_what_is_drawn() -> None:
     found = fit_steady(curve(W, TRUTHS["Coulomb, offset"][0], 0.004))
     axes = found.plot()

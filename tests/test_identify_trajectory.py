@@ -79,7 +79,7 @@ def test_intervals_hold_the_truth(name):
     assert (table["inside"] >= 34).all(), table
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_repetitions_go_on_from_their_file(tmp_path):
     path, case = tmp_path / "coverage.csv", replace(CASES["StaticKinetic"], drive_velocities=(0.3,), duration=15.0)
     short = coverage(case, repetitions=1, path=path)
@@ -383,6 +383,7 @@ def test_what_a_fit_of_motions_tells_is_no_longer_called_undecided(first):
     assert re.search(r"rms distance of the motions: 0.0049\d* of the displacement's standard deviation", found.report())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("level", "said"), [pytest.param(0.9, False, marks=pytest.mark.slow), (0.95, True)])
 def test_a_tie_that_the_motions_contradict_is_named(level, said):
     law = ss.laws.Combined(ss.laws.LogarithmicDwell(level, 0.08, 0.3), ss.laws.ExponentialStribeck(0.9, 0.7, 0.1, 0.05))

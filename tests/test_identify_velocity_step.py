@@ -86,6 +86,7 @@ def test_basalt_jumps_and_its_steady_friction_does_not_change(shared_data: Path)
     assert "a - b is not told apart from zero" in fit.notes[0]
 
 
+@pytest.mark.long
 def test_the_fit_is_saved_and_drawn(tmp_path: Path) -> None:
     from stickslip.cli.main import main
 
@@ -116,7 +117,7 @@ def test_what_has_no_step_is_refused() -> None:
         fit_velocity_step(measure(step_record("slip"), in_newton))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_command_takes_one_step_for_rate_and_state_without_being_told(tmp_path: Path, capsys) -> None:
     from stickslip.cli.main import main
 

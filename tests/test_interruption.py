@@ -202,7 +202,7 @@ def child(request):
         "section",
         "sweep",
         *(
-            pytest.param(name, marks=pytest.mark.slow)
+            pytest.param(name, marks=pytest.mark.long)
             for name in ("batch that asks seldom", "sweep of a smooth law", "sweep of integrations")
         ),
         "derivatives",
@@ -294,6 +294,7 @@ def test_the_command_line_ends_sweeps_too(tmp_path, capsys):
     assert err.count("\n") == 1
 
 
+@pytest.mark.long
 def test_continue_keeps_what_it_has_at_ctrl_c(tmp_path, monkeypatch, capsys):
     belt = ss.Oscillator(0.05, 0.3, ss.laws.ExponentialStribeck(1.0, 0.5, 0.4))
     (tmp_path / "belt.toml").write_text(belt.to_toml())
@@ -333,6 +334,7 @@ def test_continue_keeps_what_it_has_at_ctrl_c(tmp_path, monkeypatch, capsys):
     assert set(cycles.values.tolist()) < set(whole.branches[1].values)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [pytest.param("hopf", marks=pytest.mark.slow), "crossing_sliding"])
 def test_a_locus_keeps_what_it_has_at_ctrl_c(kind, tmp_path, monkeypatch, capsys):
     if kind == "hopf":

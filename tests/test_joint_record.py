@@ -56,7 +56,7 @@ def by_hand(friction: xr.DataTree, law: ss.laws.Law, offset: float = 0.0) -> flo
     return float(np.sqrt(np.mean((data["force"].to_numpy() - law.kinetic_force(w) - offset)[clear] ** 2)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_law_asked_for_gets_the_numbers_that_friction_over_speed_gives(joint: xr.DataTree) -> None:
     found = ss.identify(joint, law=JOINT, free=NAMES)
     truth = ss.laws.numbers.value
@@ -133,6 +133,7 @@ def test_options_that_clash_are_refused_before_the_fit(joint: xr.DataTree, tmp_p
     assert "--predict does not go with" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_friction_over_speed_is_drawn_where_no_motion_can_be_simulated(joint: xr.DataTree, tmp_path, capsys) -> None:
     joint.to_netcdf(tmp_path / "joint.nc")
     picture = tmp_path / "law.png"
@@ -141,6 +142,7 @@ def test_friction_over_speed_is_drawn_where_no_motion_can_be_simulated(joint: xr
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_the_picture_of_a_joint_shows_its_low_speeds(joint: xr.DataTree) -> None:
     found = fit_steady(joint, law="ExponentialStribeck")
     assert found.rows["force_error"].isna().all()  # no point has bars of an error that is not stated
@@ -169,7 +171,7 @@ def test_a_wrong_inertia_is_named_and_no_spring_is_invented(given: float) -> Non
     np.testing.assert_allclose(found.law.kinetic_force([-0.5, 0.5]), JOINT.kinetic_force([-0.5, 0.5]), atol=0.003)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_right_inertia_is_not_contradicted_and_samples_left_out_are_counted(joint: xr.DataTree) -> None:
     notes = fit_steady(joint, law="ExponentialStribeck").notes
     assert not any("contradicts" in note for note in notes)
@@ -250,7 +252,7 @@ def arm(
     return xr.DataTree(xr.Dataset(columns))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_gravity_is_not_passed_over_for_a_spring_of_unknown_zero() -> None:
     found = fit_steady(arm(101, exponent=1.4), law="ExponentialStribeck")
     assert "gravity" in found.chosen
@@ -261,7 +263,7 @@ def test_gravity_is_not_passed_over_for_a_spring_of_unknown_zero() -> None:
 
 
 @pytest.mark.parametrize(
-    ("weight", "larger"), [((0.05, 0.3), 1.12), pytest.param((0.2, -1.1), 0.9, marks=pytest.mark.slow)]
+    ("weight", "larger"), [((0.05, 0.3), 1.12), pytest.param((0.2, -1.1), 0.9, marks=pytest.mark.long)]
 )
 def test_gravity_of_the_arm_is_told_from_friction_that_differs_by_the_sense(weight, larger) -> None:
     found = fit_steady(arm(1, weight, larger))
@@ -447,6 +449,7 @@ def swinging_arm(friction) -> xr.DataTree:
     return ss.measure(record, {key: value for key, value in RIG.items() if key != "inertia"})
 
 
+@pytest.mark.long
 def test_an_inertia_that_the_rig_does_not_give_is_fitted_and_said() -> None:
     numbers = {"kinetic": 0.9, "viscous": 1.7, "gravity_sine": 3.1, "gravity_cosine": -0.6, "inertia": 0.12}
     found = fit_steady(swinging_arm(lambda _, w, a: 0.9 * np.sign(w) + 1.7 * w + 0.12 * a))
@@ -459,7 +462,7 @@ def test_an_inertia_that_the_rig_does_not_give_is_fitted_and_said() -> None:
     assert sum("the rig gives none. Set inertia in the rig" in note for note in found.notes) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_friction_that_lags_behind_the_speed_is_no_inertia() -> None:
     # A fall of friction that comes 20 ms late adds a force along the acceleration, but at low speed only.
     def late(t, w, _):
@@ -472,6 +475,7 @@ def test_friction_that_lags_behind_the_speed_is_no_inertia() -> None:
     assert not any("the rig gives none" in note for note in found.notes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stiffness", [2e5, pytest.param(8e4, marks=pytest.mark.slow)])
 def test_friction_that_still_builds_up_after_a_turn_is_no_friction_of_the_speed(stiffness: float) -> None:
     # Bristles give way over some 0.1 mm, so that friction is less than the fall has it where the slide speeds up from rest.

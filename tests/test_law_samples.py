@@ -113,6 +113,7 @@ def test_a_band_lies_evenly_on_both_sides_of_a_law_that_is_linear_in_its_numbers
     assert (table["high"] - table["force"]).tolist() == pytest.approx([1.96 * 0.03, 1.96 * 0.02], rel=0.1)
 
 
+@pytest.mark.long
 def test_the_table_of_a_fit_has_the_ways_that_were_measured():
     t = np.arange(0, 20, 0.01)
     w = 0.3 + 0.2 * np.sin(t)

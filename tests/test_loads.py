@@ -247,7 +247,7 @@ def _differences(cycle: Any) -> list[complex]:
     return sorted(np.linalg.eigvals(np.column_stack(columns)), key=abs)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_amplitude_of_a_normal_force_is_a_parameter_like_any_other():
     amplitudes = [0.1, 0.2, 0.3]
     name = "normal_force.harmonics.0.amplitude"
@@ -321,7 +321,7 @@ def test_steady_slip_under_a_load_that_varies():
     assert abs(stuck.at(5.0)[0] - x) < 1e-12
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pieces_of_a_spring_agree_with_another_integrator():
     """A stop with its gap, backlash and a cubic spring, under friction; every piece that is entered is an event."""
     stop = ss.Spring.stop(0.5, stiffness=40.0)

@@ -90,7 +90,7 @@ def test_a_jump_of_the_map_breaks_the_unstable_manifold_and_ends_the_stable_one(
     assert 0.45 < curve[-1, 1] < 0.5001
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_unstable_manifold_is_mapped_onto_itself(saddle, curves):
     found = ss.manifold(saddle, length=2.0, spacing=0.005)
     for curve in curves["unstable"].sides:
@@ -233,7 +233,7 @@ def test_the_unstable_manifold_of_a_cycle_is_mapped_onto_itself(two_cycles):
             assert distance(np.hstack(run.at(at)), known) < 1e-3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_several_masses_have_no_curve_of_is_refused(two_cycles):
     orbit, _ = two_cycles
     with pytest.raises(ss.InputError, match=r"no curve: it has 2 dimensions in the section; take side=\"unstable\""):

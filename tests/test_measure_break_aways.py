@@ -44,7 +44,7 @@ def test_a_force_that_falls_on_is_not_taken_for_a_later_release():
     assert (np.abs(late) < 2.5 * errors).all()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_where_friction_does_not_fall_break_aways_have_little_in_common():
     friction, late = measured(StaticKinetic(4.2, 2.8), 0.025, 0.004, 3.0, 1e-5)
     assert abs(late.mean()) < 2e-4

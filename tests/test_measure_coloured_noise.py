@@ -75,6 +75,7 @@ def test_coloured_noise_is_no_creep_and_its_errors_hold(correlation, deviation, 
     assert abs(off.mean()) < 3 * float(table["force_error"].mean()) / math.sqrt(len(off))
 
 
+@pytest.mark.long
 def test_of_white_noise_no_colour_is_said():
     friction = measured(0.0, 2e-5, 0)
     assert not friction.attrs["notes"]

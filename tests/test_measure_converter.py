@@ -55,7 +55,7 @@ def said(friction, words):
     return [note for note in friction.attrs["notes"] if words in note]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_record_as_it_is_has_no_such_note(orbit):
     friction = measured(seen(orbit))
     assert not friction.attrs["notes"]
@@ -90,6 +90,7 @@ def test_steps_that_noise_evens_out_are_no_fault(orbit):
     assert held(friction) == [True, True]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("at", "share"), [(500, 0.1), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((1000, 0.1), (500, -0.4)))]
 )

@@ -35,7 +35,7 @@ def record(start, end, noise=3e-3):
     return measure({"t": time - start, "x": x}, RIG)
 
 
-@pytest.mark.parametrize("into", [0.8, pytest.param(5.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("into", [0.8, pytest.param(5.0, marks=pytest.mark.long)])
 def test_a_record_cut_inside_sticks_is_stuck_from_its_first_sample_to_its_last(into):
     friction = record(events("release")[1] - 4.0, events("capture")[4] + into)
     stuck = friction["stuck"].to_numpy()
@@ -62,7 +62,7 @@ def off_by(friction, true):
     return late, ((found["force"] - LAW.break_away) / found["force_error"]).to_numpy()
 
 
-@pytest.mark.parametrize(("samples", "few"), [(19, True), pytest.param(25, False, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("samples", "few"), [(19, True), pytest.param(25, False, marks=pytest.mark.long)])
 def test_few_pictures_of_a_long_exposure_bring_no_break_away_that_is_surely_wrong(samples, few):
     friction, true = exposed(samples, 0.9, 0)
     assert any("record faster" in note for note in friction.attrs["notes"]) == few
@@ -189,7 +189,12 @@ def test_a_harmonic_of_the_motion_is_not_taken_for_the_mains(belt, whole):
 
 
 @pytest.mark.parametrize(
-    "moment", ["stick", *(pytest.param(name, marks=pytest.mark.slow) for name in ("start", "slip", "middle"))]
+    "moment",
+    [
+        "stick",
+        pytest.param("start", marks=pytest.mark.long),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("slip", "middle")),
+    ],
 )
 def test_a_drive_that_stops_is_said_and_that_stretch_is_not_measured(moment):
     captures, releases = events("capture"), events("release")

@@ -62,8 +62,9 @@ def test_a_fall_that_smoothing_hides_widens_what_is_stated(law, drive, length):
     assert np.mean(np.abs(off) < 2 * stated) > 0.7  # was 0.02 to 0.4 under the first law
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("drive", "length"), [(2e-3, 10.0), pytest.param(8e-3, 5.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("law", [LEVEL[0], pytest.param(LEVEL[1], marks=pytest.mark.slow)])
+@pytest.mark.parametrize("law", [LEVEL[0], pytest.param(LEVEL[1], marks=pytest.mark.long)])
 def test_where_friction_is_constant_in_motion_nothing_large_is_thought_hidden(law, drive, length):
     friction, late, above = measured(law, drive, length, 0)
     assert friction.attrs["break_away_late"] < 0.1 * STEP
@@ -85,7 +86,7 @@ def test_intervals_hold_the_truth_over_many_noises():
         assert np.mean(held) > least
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_where_friction_is_constant_in_motion_releases_are_those_of_the_slips():
     law, drive, rng = StaticKinetic(1.2, 0.8), 0.1, np.random.default_rng(0)
     oscillator = ss.Oscillator(0.05, drive, law)

@@ -50,6 +50,7 @@ def dropping() -> Rig:
     return replace(RIG, read=Layout(missing="drop"))
 
 
+@pytest.mark.long
 def test_all_masses_of_a_motion_are_measured(tmp_path: Path) -> None:
     film().to_netcdf(tmp_path / "motion.nc", engine="h5netcdf")
     tree = measure(tmp_path / "motion.nc", dropping())
@@ -93,7 +94,7 @@ def test_an_error_that_the_scatter_contradicts_is_told() -> None:
     assert any("good to 5e-05" in note and "the scatter was believed" in note for note in tree.attrs["notes"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_error_of_the_scale_goes_from_the_film_to_the_law(tmp_path: Path) -> None:
     stated = film().assign_attrs(scale_error=1.4e-3)
     stated.to_netcdf(tmp_path / "motion.nc", engine="h5netcdf")

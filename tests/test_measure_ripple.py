@@ -89,6 +89,7 @@ CASES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "seed"), CASES)
 def test_a_line_of_the_sticks_is_named_and_no_creep(kind, seed):
     friction, rate, forces = measured(kind, seed)
@@ -104,6 +105,7 @@ def test_a_line_of_the_sticks_is_named_and_no_creep(kind, seed):
     assert found.loc["kinetic", "value"] == pytest.approx(KINETIC, abs=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["belt", *(pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS[1:])])
 def test_without_a_ripple_none_is_said(kind):
     random = np.random.default_rng(7)

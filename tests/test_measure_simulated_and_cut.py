@@ -35,8 +35,9 @@ def rig(drive, instrument="displacement", **more):
     ("drive", "instrument"),
     [
         (0.09, "displacement"),
+        pytest.param(0.4, "spring_force", marks=pytest.mark.long),
         *(pytest.param(drive, "displacement", marks=pytest.mark.slow) for drive in (0.14, 0.4)),
-        *(pytest.param(drive, "spring_force", marks=pytest.mark.slow) for drive in (0.09, 0.14, 0.4)),
+        *(pytest.param(drive, "spring_force", marks=pytest.mark.slow) for drive in (0.09, 0.14)),
     ],
 )
 def test_a_record_without_noise_has_tiny_errors_that_hold(drive, instrument):

@@ -68,10 +68,10 @@ def sticking(
 @pytest.mark.parametrize(
     ("stiffness", "drive_velocity", "part", "seconds"),
     [
-        pytest.param(2254.0, 1100e-6, 0.53, 2, marks=pytest.mark.slow),
+        pytest.param(2254.0, 1100e-6, 0.53, 2, marks=pytest.mark.long),
         (2254.0, 4300e-6, 0.64, 2),
         pytest.param(1002.0, 1100e-6, 0.864, 2, marks=pytest.mark.slow),
-        pytest.param(1002.0, 4300e-6, 0.95, 2, marks=pytest.mark.slow),
+        pytest.param(1002.0, 4300e-6, 0.95, 2, marks=pytest.mark.long),
     ],
 )
 def test_a_mass_that_never_sticks_has_no_slips_and_keeps_its_stiffness(stiffness, drive_velocity, part, seconds):

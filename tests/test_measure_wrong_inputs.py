@@ -139,6 +139,7 @@ def test_other_codings_and_a_row_of_units_are_read(tmp_path, coding: str) -> Non
     assert read.row(0) == 3
 
 
+@pytest.mark.long
 def test_the_position_of_a_pulled_slider_is_no_stretch_of_a_spring() -> None:
     law = ss.laws.StaticKinetic(1.0, 0.6)
     t = np.arange(0, 60, 0.02)
@@ -157,7 +158,7 @@ def test_a_mass_that_overtakes_its_drive_is_said() -> None:
     assert any("the mass overtakes the drive for 35 % of the time, by up to 1 V" in note for note in notes)
 
 
-@pytest.mark.parametrize("factor", [1000.0, pytest.param(1.5, marks=pytest.mark.slow), 0.2])
+@pytest.mark.parametrize("factor", [1000.0, pytest.param(1.5, marks=pytest.mark.long), 0.2])
 def test_a_drive_velocity_that_contradicts_the_sticks_is_said(factor: float) -> None:
     t = np.arange(0, 8, 0.004)
     slider = ss.Oscillator(1.0, 0.05, ss.laws.StaticKinetic(6.0, 4.0), mass=1.2, stiffness=600.0)

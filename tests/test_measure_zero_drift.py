@@ -34,6 +34,7 @@ def forms(share, kind, count):
     return whole * {"line": u, "fading": (1 - np.exp(-3 * u)) / (1 - np.exp(-3)), "to and fro": np.sin(np.pi * u)}[kind]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("share", "kind"),
     [
@@ -61,6 +62,7 @@ def test_a_drift_of_the_zero_is_said_with_its_size_and_held_by_the_intervals(cle
         assert found.loc[name, "high"] - found.loc[name, "low"] < 3.5 * share
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [22, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (23, 24))])
 def test_no_drift_is_said_where_there_is_none(clean, seed):
     friction = measured(clean, seed)
@@ -68,7 +70,7 @@ def test_no_drift_is_said_where_there_is_none(clean, seed):
     assert friction.attrs["force_common"] == 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_break_aways_that_grow_are_no_drift_of_the_zero():
     def limit(rest):  # noqa: ARG001
         limit.count += 1e-6
@@ -80,6 +82,7 @@ def test_break_aways_that_grow_are_no_drift_of_the_zero():
     assert not said(measured(x, 25))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "drives",
     [
@@ -110,6 +113,6 @@ def test_a_drive_of_several_speeds_is_said_and_one_of_them_measured(drives):
     assert found["kinetic"] == pytest.approx(KINETIC, abs=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_one_speed_is_no_several(clean):
     assert not any("several speeds" in note for note in measured(clean, 32).attrs["notes"])

@@ -18,6 +18,7 @@ def test_the_integrator_meets_the_closed_form_of_coulomb_decay():
     assert v == pytest.approx(np.zeros(3), abs=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [3, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (18, 26))])
 def test_a_period_that_a_diagram_gives_is_that_of_the_motion(seed):
     found = judge.columns(seed)

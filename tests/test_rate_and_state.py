@@ -91,8 +91,8 @@ def in_turns(law, s, d, start, t_end):
     ("a", "b", "length"),
     [
         (0.01, 0.015, 1.0),
-        pytest.param(0.01, 0.0, 1.0, marks=pytest.mark.slow),
-        pytest.param(0.005, 0.01, 0.1, marks=pytest.mark.slow),
+        pytest.param(0.01, 0.0, 1.0, marks=pytest.mark.long),
+        pytest.param(0.005, 0.01, 0.1, marks=pytest.mark.long),
         (0.0005, 0.001, 0.1),
     ],
 )
@@ -107,7 +107,7 @@ def test_a_mass_leaves_rest_and_comes_to_rest(form, v0, a, b, length):
 
 
 @pytest.mark.parametrize(
-    "tolerance", [pytest.param(1e-6, marks=pytest.mark.slow), 1e-8, pytest.param(1e-11, marks=pytest.mark.slow)]
+    "tolerance", [pytest.param(1e-6, marks=pytest.mark.long), 1e-8, pytest.param(1e-11, marks=pytest.mark.slow)]
 )
 def test_rest_is_reached_with_any_tolerance_and_from_either_side(tolerance):
     for form in FORMS:
@@ -454,6 +454,7 @@ def test_two_coupled_sliders_without_mass_obey_their_equations():
     assert orbit.at(40.0)[1] == pytest.approx(v, abs=1e-5)
 
 
+@pytest.mark.long
 def test_what_has_no_mass_is_refused_where_forces_do_not_balance_in_one_way():
     law = replace(ONE, b=0.015)
     slider = ss.Oscillator(1e-3, 1.0, law, mass=0.0, stiffness=0.0035)
@@ -471,7 +472,7 @@ def test_what_has_no_mass_is_refused_where_forces_do_not_balance_in_one_way():
     assert type(slider).from_dict(slider.to_dict()) == slider
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_exponents_of_a_motion_that_rests_first_are_numbers():
     slider = ss.Oscillator(1e-3, 1.0, replace(ONE, b=0.015), stiffness=0.0035)
     exponents = ss.lyapunov(slider, 500.0).exponents

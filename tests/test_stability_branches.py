@@ -234,7 +234,7 @@ def test_the_branches_do_not_depend_on_where_the_continuation_starts(start: floa
     assert unstable.stable.count(True) == 0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_branches_that_meet_at_the_boundary_are_one_with_a_nonsmooth_fold() -> None:
     """Static friction of f(0): stick-slip and the slip cycle graze w = 0 with one orbit."""
     result = ss.continuation(own_law(None), "drive_velocity", (0.84, 0.87), seeds=0)

@@ -183,7 +183,7 @@ def test_derivatives_under_heavy_damping_without_modes_are_refused_in_one_senten
             ask(pair)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_exponent_of_strong_chaos_is_the_average_of_the_release_map() -> None:
     # No published set: of 288 sets that were tried the one with the largest exponent, 0.3 a period.
     frequency = 1.3
@@ -331,7 +331,7 @@ def test_multipliers_of_coupled_chains_are_those_of_differences_of_runs(
     assert max(np.abs(value - known).min() for value in differences[np.abs(differences) > 2e-2]) < 1e-7
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_chain_that_drifts_is_no_periodic_orbit() -> None:
     """The slips of its masses hardly overlap: one phase keeps its distance to a return, 2.7e-4 a period, for any start."""
     system = ss.chain(20, ss.laws.StaticKinetic(1.0, 0.5), 0.0274, coupling=0.3, damping=0.02)

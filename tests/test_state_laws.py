@@ -224,6 +224,7 @@ def test_adhesion_that_creeps_within_the_error_of_the_integration_makes_no_event
     assert 0 < orbit.to_xarray([0.45])["slip_velocity"].item() < 1e-20
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "node", [pytest.param(3.0, marks=pytest.mark.slow), pytest.param(3.4, marks=pytest.mark.slow), 5.0]
 )

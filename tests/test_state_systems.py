@@ -57,7 +57,7 @@ def test_two_masses_under_lugre_move_as_an_independent_run_says():
     assert v[:, 0] == pytest.approx(v[:, 1], abs=1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_energy_of_drives_and_forcing_goes_into_friction_damping_and_what_is_stored():
     orbit = ss.simulate(PAIR, 6.0)
     t = np.linspace(0, 6, 120_001)
@@ -72,6 +72,7 @@ def test_energy_of_drives_and_forcing_goes_into_friction_damping_and_what_is_sto
     assert np.ptp(stored) > 0.1
 
 
+@pytest.mark.long
 def test_stiff_bristles_tend_to_coulomb_friction_on_two_masses():
     # Only the drive of mass 0 feeds the pair; both contacts stick and slip.
     def pair(law):
@@ -97,7 +98,7 @@ SOFT_ROCK = ss.laws.RateState(1.0, 0.1, 0.08, length=1.0, reference_velocity=1.0
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[pytest.mark.slow] if name in ("Dahl", "ElastoPlastic", "Regularised") else [])
+        pytest.param(name, marks=[pytest.mark.long] if name in ("Dahl", "ElastoPlastic", "Regularised") else [])
         for name, kind in Law.ALL.items()
         if issubclass(kind, StateLaw)
     ],

@@ -288,7 +288,7 @@ def test_under_heavy_damping_a_mass_of_several_moves_as_the_closed_form_of_one(l
     assert both.work.evaluations < 400
 
 
-@pytest.mark.parametrize("smooth", [pytest.param(True, marks=pytest.mark.slow), False])
+@pytest.mark.parametrize("smooth", [pytest.param(True, marks=pytest.mark.long), False])
 def test_dampers_between_masses_may_be_heavy(smooth):
     """Three masses that dampers hold together against an implicit integrator: their common motion stays light."""
     mass, stiffness = np.array([1.0, 1.3, 0.8]), np.diag([1.0, 0.7, 0.4])

@@ -50,6 +50,7 @@ def measured(folder, name: str, more: str) -> str:
     return str(friction)
 
 
+@pytest.mark.long
 def test_a_torsional_record_becomes_a_law_and_a_simulation(folder, capsys):
     friction = measured(folder, "known", 'mass = "50 kg cm^2"\nstiffness = "2 N m/rad"')
     law = folder / "law.toml"

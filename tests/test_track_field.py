@@ -116,6 +116,7 @@ def test_what_is_plain_or_gone_is_empty_and_told(texture, tmp_path):
     assert any("were not found" in note for note in field.attrs["notes"])
 
 
+@pytest.mark.long
 def test_the_command_writes_field_and_picture(texture, tmp_path, capsys):
     source = write(tmp_path / "film", [texture(seed=0), texture(shift=(0.4, 0.1), seed=1)])
     out, plot = tmp_path / "field.nc", tmp_path / "field.png"

@@ -21,7 +21,7 @@ def make(path, drive_velocity=0.15, duration=4.0, **camera):
 
 
 @pytest.mark.parametrize(
-    "drive_velocity", [0.15, *(pytest.param(speed, marks=pytest.mark.slow) for speed in (0.27, 0.31))]
+    "drive_velocity", [0.15, *(pytest.param(speed, marks=pytest.mark.long) for speed in (0.27, 0.31))]
 )
 def test_places_lie_within_a_twentieth_of_a_pixel_of_the_truth_without_any_option(tmp_path, drive_velocity):
     truth = make(tmp_path / "film.avi", drive_velocity)
@@ -32,6 +32,7 @@ def test_places_lie_within_a_twentieth_of_a_pixel_of_the_truth_without_any_optio
     np.testing.assert_allclose(motion["time"], truth["time"] - truth["time"][0], atol=1e-9)
 
 
+@pytest.mark.long
 def test_the_uncertainty_of_a_point_is_the_scatter_that_is_there(tmp_path):
     truth = make(tmp_path / "film.avi", light=0.0)
     motion = track(tmp_path / "film.avi")
@@ -43,8 +44,8 @@ def test_the_uncertainty_of_a_point_is_the_scatter_that_is_there(tmp_path):
     "camera",
     [
         {"k1": 0.08},
-        pytest.param({"exposure": 0.5, "light": 0.6}, marks=pytest.mark.slow),
-        pytest.param({"noise": 0.3, "blur": 1.5}, marks=pytest.mark.slow),
+        pytest.param({"exposure": 0.5, "light": 0.6}, marks=pytest.mark.long),
+        pytest.param({"noise": 0.3, "blur": 1.5}, marks=pytest.mark.long),
     ],
 )
 def test_lens_blur_and_bad_light_do_little_harm(tmp_path, camera):
@@ -163,6 +164,7 @@ def test_a_batch_goes_on_where_it_was_and_past_a_bad_film(tmp_path):
     assert list(third["state"]) == ["tracked"]  # another setup
 
 
+@pytest.mark.long
 def test_templates_follow_what_has_no_colour(tmp_path):
     truth = make(tmp_path / "film.avi", duration=2.0)
     x, y = (round(float(truth[name][0, 0])) for name in ("x_px", "y_px"))

@@ -68,6 +68,7 @@ def test_28_markers_keep_their_identity(shared_data):
     assert swing[0] > swing[1] > swing[2] > 30 > 2 > swing[3]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "angle", "acceleration", "frames"),
     [("R1", 21.9, 350, (150, 360)), pytest.param("R3", 26.6, 765, (100, 240), marks=pytest.mark.slow)],

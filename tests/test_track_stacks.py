@@ -30,7 +30,7 @@ def test_all_pages_of_a_tiff_are_pictures(tmp_path):
     np.testing.assert_allclose(track(tmp_path / "deep.tif", frame_rate=20.0)["x_px"], one["x_px"], atol=0.01)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_many_films_are_drawn_each(tmp_path):
     for name in "ab":
         make(tmp_path / f"{name}.avi", duration=0.3)
