@@ -13,7 +13,10 @@ from stickslip.tracking.video.vision import vision
 SCORED = ("end-of-stick-slip", "end-of-oscillation")
 
 
-@pytest.fixture(scope="module", params=["short", pytest.param("whole", marks=pytest.mark.slow)])
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param("short", marks=pytest.mark.long), pytest.param("whole", marks=pytest.mark.slow)],
+)
 def report(request, tmp_path_factory):
     """The report; the short one of a third of the pictures, without the refinement of the law, with few claims and speeds."""
     folder = tmp_path_factory.mktemp("demo")

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 #: The damping, in units of √(k m), that rounding leaves where there is none; the growth, in units of the fastest frequency,
 #: that the eigenvalues of several masses leave.
 _NEUTRAL, _NEUTRAL_MODE = 1e-12, 1e-11
+#: How far beside a slip velocity friction is looked at, in parts of it, to see how it changes about there.
+_BESIDE = 1e-6
 #: Modes that the damping couples by no more of it are not coupled: rounding leaves as much.
 _UNCOUPLED = 1e-14
 
@@ -65,7 +67,7 @@ def steady_slip(system: Oscillator | System) -> SteadySlip | None:
     drive = system.drive_velocity
     if drive == 0 or not isinstance(drive, float) or system.swings or system.springs:
         return None
-    friction = float(system.law.kinetic_force(drive))
+    friction, beside = system.law.kinetic_force(drive * np.array([1.0, 1.0 + _BESIDE])).tolist()
     pressed = system.normal_force or NormalForce()
     # Friction that grows with x is a spring that pushes.
     stiffness = system.stiffness - pressed.position * friction
@@ -75,12 +77,17 @@ def steady_slip(system: Oscillator | System) -> SteadySlip | None:
     )
     if pressed.at(0.0, x) <= 0 or stiffness <= 0:
         return None
-    longest = 0.1 * system.natural_period
-    rough = _damping(system, x, 1e-6 * longest)
-    if math.isnan(rough):
-        return None
     # Over a long time heavy damping leaves a determinant that is the rounding of its two products.
-    damping = _damping(system, x, min(longest, 0.3 * system.mass / max(abs(rough), 1e-300)))
+    longest = 0.1 * system.natural_period
+    light = 0.3 * system.mass / longest
+    seems = system.damping + n * (beside - friction) / (_BESIDE * drive)
+    damping = _damping(system, x, longest) if abs(seems) <= light else math.inf
+    if abs(damping) > light:
+        rough = _damping(system, x, 1e-6 * longest)
+        safe = min(longest, 0.3 * system.mass / max(abs(rough), 1e-300))
+        damping = rough if math.isnan(rough) else _damping(system, x, safe)
+    if math.isnan(damping):
+        return None
     half = damping / (2 * system.mass)
     square = half * half - stiffness / system.mass
     growth = -half + (math.sqrt(square) if square > 0 else 0.0)
