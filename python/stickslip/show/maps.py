@@ -49,7 +49,7 @@ def regime_map_plot(
         words_there = chart["regime"].to_numpy().astype("<U16").T
         names = [name for name in REGIME_COLOURS if (words_there == name).any()]
         codes = np.select([words_there == name for name in names], range(len(names)), -1)
-        _draw_codes(ax, grid, codes, [REGIME_COLOURS[name] for name in names], [words(name) for name in names])
+        _draw_codes(ax, grid, codes, [_area(name) for name in names], [words(name) for name in names])
     elif quantity == "period":
         period = chart["period"].to_numpy().T
         codes = np.where(period == 0, 0, np.minimum(period, 7))
@@ -112,7 +112,7 @@ def basins_plot(result: xr.Dataset, ax: Axes | None = None, *, most: int = 8, un
         mine = regimes == regime
         if mine.any():
             codes = np.where(mine, len(colours), codes)
-            colours = [*colours, REGIME_COLOURS[regime]]
+            colours = [*colours, _area(regime)]
             names.append(f"{words(regime)} ({100 * mine.mean():.3g} %)")
     _draw_codes(ax, (x, v), codes, colours, names)
     for index in range(count):
@@ -131,6 +131,12 @@ def _basin_colours(regimes: list[str]) -> list[str]:
         REGIME_COLOURS[regime] if first[regime] == index and regime in REGIME_COLOURS else left.pop(0)
         for index, regime in enumerate(regimes)
     ]
+
+
+def _area(regime: str) -> str:
+    """The colour of an area in which a motion is of this regime; what is no motion to the end stands out."""
+    colour = REGIME_COLOURS[regime]
+    return colour if regime in ("unfinished", "diverged") else _tint(colour)
 
 
 def _tint(colour: str) -> str:
