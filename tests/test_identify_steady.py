@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 import stickslip as ss
 from stickslip.identification import fit_static_friction, fit_steady
-from stickslip.identification.kinetic.curves import Rows, fit_form
+from stickslip.identification.steady.curves import Rows, fit_form
 from stickslip.measurement import measure
 
 RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"

@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.identification import fit_steady
-from stickslip.identification.kinetic.steady_rows import LeftOut, rows_of, said_left_out
+from stickslip.identification.steady.steady_rows import LeftOut, rows_of, said_left_out
 
 first_records = script("first_records")
 

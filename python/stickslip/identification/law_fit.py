@@ -16,8 +16,8 @@ from stickslip.identification.guesses.evidence import BreakAways, Evidence, Gues
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
 from stickslip.identification.kinetic.branch_fit import BranchFit, fit_branches
 from stickslip.identification.kinetic.force_residuals import Problem
-from stickslip.identification.kinetic.lack_of_fit import lack_of_fit
 from stickslip.identification.kinetic.motion import WITH_MEMORY, extrapolated_note
+from stickslip.identification.lack_of_fit import lack_of_fit
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.laws import (

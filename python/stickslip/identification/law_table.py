@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from stickslip.identification.kinetic.steady import SteadyFriction
 from stickslip.identification.result import Identification
+from stickslip.identification.steady.steady import SteadyFriction
 from stickslip.laws.bands import table_up_to
 
 

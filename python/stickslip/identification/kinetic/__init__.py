@@ -1,1 +1,1 @@
-"""Kinetic friction: branches with memory, steady levels over slip velocity, velocity steps."""
+"""Kinetic friction: branches with memory along a motion, and velocity steps."""

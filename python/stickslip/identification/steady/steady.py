@@ -12,21 +12,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.special import chdtri
 
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.files.disk import write_text
 from stickslip.files.units import unit_of
-from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.threads import one_thread
-from stickslip.identification.kinetic.curves import (
+from stickslip.identification.records import check_same_units, opened
+from stickslip.identification.steady.curves import (
     BLOCKS,
     BY_SENSE,
     DIMENSIONS,
-    FEW,
-    GRAVITY,
     OF_MOTION,
     ONE_SPEED,
     SHAPES,
@@ -34,12 +31,10 @@ from stickslip.identification.kinetic.curves import (
     SteadyFit,
     fit_form,
     forms_of,
-    record_scatter_of,
 )
-from stickslip.identification.kinetic.misfit import behind, widened
-from stickslip.identification.kinetic.motion import extrapolated_note
-from stickslip.identification.kinetic.steady_rows import joined, rows_of, said_left_out
-from stickslip.identification.records import check_same_units, opened
+from stickslip.identification.steady.misfit import behind, widened
+from stickslip.identification.steady.steady_notes import at_rest, between_records, choice, disagreement, flat
+from stickslip.identification.steady.steady_rows import joined, rows_of, said_left_out
 from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
 from stickslip.laws.numbers import pointers, units_of, value
@@ -48,19 +43,11 @@ Array = npt.NDArray[np.float64]
 
 TIED = 0.9
 """Correlation of load and logarithm of the speed from which on no form that has both is chosen: one stands for the other."""
-APART = 0.1
-"""Friction that misses the curve by more than this part of it is named."""
 BEYOND = 1000.0
 """A logarithm goes on to so many times the fastest speed measured."""
 
 VISIBLE = 0.01
 """Curves within this part of the range of forces of the chosen one are not drawn beside it."""
-SEEN_FALL = 0.7
-"""The part of a fall of friction with the speed from which on, where it was measured, rest is known by its form."""
-SEEN_TIE = 0.8
-"""Correlation of load and logarithm of the speed from which on it is said that they are tied."""
-STANDS_OUT = 6.0
-"""A row that is missed by more than so many median misfits is named."""
 
 OF_LAW = {
     "Coulomb": ("Coulomb",),
@@ -117,7 +104,7 @@ class SteadyFriction(Result):
         True
         """
         slow = float(self.rows["slip_velocity"].abs().min())
-        return _rest(slow, [self.fits[name] for name in (self.chosen, *self.undecided)], self.hidden.values())
+        return at_rest(slow, [self.fits[name] for name in (self.chosen, *self.undecided)], self.hidden.values())
 
     @property
     def best(self) -> SteadyFit:
@@ -457,7 +444,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     if each_way and len(set(np.sign(rows.w))) == 1:
         raise InputError("identify: Asymmetric needs slip in both senses, and all slip is one way; leave the law out")
     fits = _fits(rows, shapes, each_way)
-    if fits and _between(rows, next(iter(fits.values()))) > 0:
+    if fits and between_records(rows, next(iter(fits.values()))) > 0:
         rows = rows.set_apart()
         fits = _fits(rows, shapes, each_way)
     if not fits:
@@ -477,7 +464,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         )
     fits[chosen], missed, valid = widened(rows, fits[chosen])
     hidden = _hidden(rows, fits[chosen], shapes, each_way)
-    notes = [*missed, *_disagreement(rows, fits[chosen]), *notes, *_words(rows, fits, chosen, undecided, hidden)]
+    notes = [*missed, *disagreement(rows, fits[chosen]), *notes, *choice(rows, fits, chosen, undecided, hidden)]
     error = measured.error if measured.stated else np.full(len(rows), math.nan)
     data = {"slip_velocity": rows.w, "force": rows.force, "force_error": error, "source": rows.source}
     data["motion_force"] = fits[chosen].of_motion(rows)
@@ -493,16 +480,10 @@ def _fits(rows: Rows, shapes: Iterable[str], each_way: bool) -> dict[str, Steady
     return dict(sorted(found.items(), key=lambda item: item[1].held_back))
 
 
-def _between(rows: Rows, fit: SteadyFit) -> float:
-    """Standard deviation of friction from record to record about this curve, 0 where chance makes it."""
-    columns = fit.curve.columns(rows)
-    return record_scatter_of(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
-
-
 def _choose(rows: Rows, fits: dict[str, SteadyFit]) -> tuple[str, list[str]]:
     """The simplest form whose loss on held-back rows lies within one standard error of the best, and its equals."""
     if abs(rows.tie) > TIED:
-        apart = {form: fit for form, fit in fits.items() if "load" not in fit.parameters.index or _flat(form)}
+        apart = {form: fit for form, fit in fits.items() if "load" not in fit.parameters.index or flat(form)}
         fits = apart or fits
     best = min(fits.values(), key=lambda fit: float(fit.losses.mean()))
     equals = [fit for fit in fits.values() if fit is best or not behind(rows, fit.losses, best.losses)]
@@ -517,181 +498,9 @@ def _choose(rows: Rows, fits: dict[str, SteadyFit]) -> tuple[str, list[str]]:
     return chosen.form, [fit.form for fit in equals if fit is not chosen]
 
 
-def _flat(form: str) -> bool:
-    """Whether friction of this form is the same at every speed."""
-    return form.split(", ")[0] == "Coulomb"
-
-
-def _disagreement(rows: Rows, best: SteadyFit) -> list[str]:
-    """What the chosen curve leaves of the points that chance cannot have made, as plain sentences."""
-    notes = []
-    off = np.sign(rows.w) * (rows.force - best.curve.columns(rows) @ best.numbers)
-    level = float(np.mean(np.abs(rows.force)))
-    if rows.apart:
-        spread = _between(rows, best)
-        means = [float(off[part].mean()) for part in rows.records]
-        names = [Path(rows.source[part[0]]).name for part in rows.records]
-        named = ", ".join(f"{mean:+.2g} ({name})" for mean, name in zip(means, names, strict=True))
-        if len(names) > 6:
-            low, high = int(np.argmin(means)), int(np.argmax(means))
-            named = f"{means[low]:+.2g} ({names[low]}) to {means[high]:+.2g} ({names[high]})"
-        notes.append(
-            f"The {len(names)} records do not lie on one curve: their friction is off from it by {named}, with a "
-            f"standard deviation of {spread:.2g}, {100 * spread / level:.2g} % of the mean; look whether they are of one "
-            "contact. Each counts as one, and the intervals hold what sets them apart."
-        )
-    elif rows.known:
-        z = off / rows.error
-        freedom = len(rows) - len(best.parameters)
-        if float(np.sum(z**2)) > chdtri(freedom, BY_CHANCE):
-            notes.append(
-                f"The points lie {math.sqrt(float(np.sum(z**2)) / freedom):.2g} times their stated errors off the curve, "
-                "more than chance makes: they disagree with each other or with this form. The intervals hold this scatter."
-            )
-    if best.rms > APART * level:
-        notes.append(f"The curve misses friction by {best.rms:.2g} (rms), {100 * best.rms / level:.2g} % of its mean.")
-    return notes
-
-
-def _words(
-    rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[str], hidden: dict[str, SteadyFit]
-) -> list[str]:
-    best = fits[chosen]
-    notes = []
-    if len(fits) > 1:
-        notes.append(
-            f"{chosen} is the simplest of {len(fits)} forms that predicts held-back rows as well as any (rms "
-            f"{best.held_back:.3g})."
-        )
-    if undecided:
-        more = f" and {len(undecided) - 4} more" if len(undecided) > 4 else ""
-        notes.append(f"The record cannot decide between it and {'; '.join(undecided[:4])}{more}.")
-    offset = best.parameters.loc["offset"] if "offset" in best.parameters.index else None
-    if offset is not None:
-        without = fits.get(", ".join(part for part in chosen.split(", ") if part != "offset"))
-        gain = "" if without is None else f" Without it held-back rows are missed by {without.held_back:.3g}."
-        notes.append(
-            f"The force has an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) that "
-            f"keeps its sign when the motion turns: the zero of an instrument, gravity, or friction that is "
-            f"{2 * offset['value']:.3g} larger one way; speed alone cannot tell which. It is not part of the law, which "
-            f"is the mean of both ways.{gain}"
-        )
-        if "restoring" in best.parameters.index:
-            slope = best.parameters.loc["restoring"]
-            notes.append(
-                f"The offset changes with the place, by {slope['value']:.3g} ({slope['low']:.3g} to {slope['high']:.3g}) per "
-                "length, as gravity or a spring would have it; at the mean place it is as given."
-            )
-    elif len(set(np.sign(rows.w))) == 1:
-        notes.append(
-            "All slip is one way, so an offset of the instrument or of gravity cannot be told from the kinetic force "
-            "and is in it."
-        )
-    if "gravity_sine" in best.parameters.index:
-        arm = math.hypot(*best.parameters.loc[list(GRAVITY), "value"])
-        notes.append(
-            f"The force has a part of {arm:.3g} that follows sine and cosine of the angle, as the weight of an arm has; it "
-            "is not part of the law."
-        )
-    notes += _asymmetry(rows, best) + _confounded(rows, fits, chosen)
-    notes += _extrapolated(rows, fits, [chosen, *undecided], hidden)
-    apart = np.sqrt(best.losses / np.median(best.losses)) if np.median(best.losses) > 0 else np.zeros(1)
-    if len(rows) <= FEW and float(apart.max()) > STANDS_OUT:
-        at = int(np.argmax(apart))
-        notes.append(
-            f"Row {at} (w = {rows.w[at]:.4g}, f = {rows.force[at]:.4g}) lies {apart[at]:.2g} times as far off as rows do in "
-            "the median, and least squares follow it: look at it."
-        )
-    for name, row in best.parameters.iterrows():
-        if row["low"] <= 0 <= row["high"]:
-            notes.append(
-                f"{name} is not told apart from zero: {row['value']:.3g} ({row['low']:.3g} to {row['high']:.3g})."
-            )
-    return notes
-
-
-def _asymmetry(rows: Rows, best: SteadyFit) -> list[str]:
-    """That friction differs by the sense of the slip."""
-    if not best.by_sense:
-        return []
-    doubt = (
-        ""
-        if np.isfinite(rows.position).all()
-        else " Gravity may look the same. The position tells it, if each run is measured into a friction file of its own, "
-        "as stickslip run does."
-    )
-    if "restoring" in best.parameters.index:
-        doubt = " A constant part of that may be the spring's or gravity's, whose zero is not known."
-    w = best.curve.reference
-    forward, backward = (float(abs(best([sense * w])[0])) for sense in (1.0, -1.0))
-    return [
-        f"Friction differs by the sense of the slip, and by more than a constant: at w = {w:.3g} it is "
-        f"{forward:.3g} forward (w > 0) and {backward:.3g} backward. The law is Asymmetric. A zero of the instrument cannot "
-        "be told from that and is in the law, added one way and taken off the other, beyond its intervals: give the channel "
-        f"its zero if you know it.{doubt}"
-    ]
-
-
-def _confounded(rows: Rows, fits: dict[str, SteadyFit], chosen: str) -> list[str]:
-    """That what is given as an effect of the load may be one of the speed, or the other way round."""
-    if abs(rows.tie) < SEEN_TIE:
-        return []
-    terms = [term for term in fits[chosen].parameters.index if term in ("load", "viscous", "quadratic", "logarithm")]
-    instead = [
-        f"{name} {row['value']:.3g} ({row['low']:.3g} to {row['high']:.3g})"
-        for form in fits
-        if _flat(form) != _flat(chosen) and len(fits[form].parameters) == len(fits[chosen].parameters)
-        for name, row in fits[form].parameters.iterrows()
-        if name in ("load", "viscous", "quadratic", "logarithm")
-    ]
-    alone = f" Instead of {' and '.join(terms)} it may be {' or '.join(instead)}." if terms and instead else ""
-    return [
-        f"Load and slip velocity are tied in these records (correlation {rows.tie:.2f}): what is given as the one may be the "
-        f"other; vary them apart.{alone}"
-    ]
-
-
 def _hidden(rows: Rows, best: SteadyFit, shapes: Iterable[str], each_way: bool) -> dict[str, SteadyFit]:
     """Forms whose friction falls below the slowest speed and that predict held-back rows better than the chosen one."""
     falling = [shape for shape in shapes if "weakening" in SHAPES[shape]]
     forms = [item for item in forms_of(rows, falling) if not each_way or "asymmetric" in item[0]]
     fits = {form: fit_form(rows, form, terms, hidden=True) for form, terms in forms}
     return {form: fit for form, fit in fits.items() if fit is not None and behind(rows, best.losses, fit.losses)}
-
-
-def _rest(slow: float, fits: Iterable[SteadyFit], hidden: Iterable[SteadyFit]) -> tuple[float, float, float]:
-    """Friction at rest by the first of these fits, and the ends of what all of them and the hidden ones leave open."""
-    chosen, *others = fits
-    ends = [fit.at_rest(slow) for fit in (chosen, *others, *hidden)]
-    curve = chosen.curve
-    seen = "weakening" in curve.terms and math.exp(-((slow / curve.scale) ** curve.exponent)) > SEEN_FALL
-    return ends[0][0], min(low for _, low, _ in ends), max(high for _, _, high in ends) if seen else math.inf
-
-
-def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str], hidden: dict[str, SteadyFit]) -> list[str]:
-    """What the law says of rest, where nothing was measured, and what forms that predict as well say of it."""
-    slow = float(np.abs(rows.w).min())
-    value, low, high = fits[names[0]].at_rest(slow)
-    _, lowest, highest = _rest(slow, [fits[name] for name in names], hidden.values())
-    here = fits[names[0]].at_rest(slow, slow)[0]
-    open_ended = "upwards" if highest == math.inf else f"to {highest:.3g}"
-    if hidden:
-        return [
-            f"Nothing was measured below w = {slow:.3g}, where friction still falls: {', '.join(hidden)} with a fall below "
-            f"that predicts held-back rows better than {names[0]}. The break-away force cannot be told: {value:.3g} by the "
-            f"chosen form, and anything from {lowest:.3g} {open_ended} by these; measure slower, or a break-away."
-        ]
-    if "weakening" not in fits[names[0]].curve.terms:
-        return [
-            f"Nothing was measured below w = {slow:.3g}: a fall of friction there would not be seen. The break-away force "
-            f"comes from no stick: it is the kinetic force extrapolated to rest, {value:.3g} ({low:.3g} to {high:.3g} by the "
-            "curve alone), and may be larger by any amount; measure break-aways to know it."
-        ]
-    if max(abs(value - here), highest - high, low - lowest) < APART * abs(here):
-        return [extrapolated_note(slow)]
-    return [
-        f"Nothing was measured below w = {slow:.3g}. Friction goes on to {value:.3g} at rest ({low:.3g} to {high:.3g}) by "
-        f"the chosen form, and to anything from {lowest:.3g} {open_ended} by those that predict as well, if it does not "
-        "fall below that speed, which would not be seen: the break-away force of the law is an extrapolation; measure "
-        "slower, or a break-away."
-    ]

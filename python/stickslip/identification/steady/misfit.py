@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from stickslip.identification.estimator.least_squares import linear
 from stickslip.identification.estimator.uncertainty import cluster_scores
-from stickslip.identification.kinetic.curves import BLOCKS, FreeCurve, Rows, SteadyFit, linear_losses
+from stickslip.identification.steady.curves import BLOCKS, FreeCurve, Rows, SteadyFit, linear_losses
 
 Array = npt.NDArray[np.float64]
 

@@ -12,9 +12,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.identification.kinetic.curves import COLUMNS, Rows, inertia_error
 from stickslip.identification.kinetic.motion import SENSE
 from stickslip.identification.records import stated_units
+from stickslip.identification.steady.curves import COLUMNS, Rows, inertia_error
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.signals.noise import noise_level
 

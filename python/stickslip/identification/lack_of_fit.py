@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.identification.kinetic.curves import Rows, linear_losses
 from stickslip.identification.kinetic.force_residuals import Problem
-from stickslip.identification.kinetic.misfit import PART, SURE, behind
 from stickslip.identification.kinetic.motion import Motion
-from stickslip.identification.kinetic.steady_rows import beside_sticks
+from stickslip.identification.steady.curves import Rows, linear_losses
+from stickslip.identification.steady.misfit import PART, SURE, behind
+from stickslip.identification.steady.steady_rows import beside_sticks
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
