@@ -12,7 +12,7 @@ from stickslip.errors import InputError
 from stickslip.measurement.force import Friction, likeliest_inertia, restoring_excess
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.rigs.rig import Rig
-from stickslip.measurement.signals.noise import line_excess, mains_hum
+from stickslip.measurement.signals.noise import MAD_TO_SIGMA, line_excess, mains_hum
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.spectra import Line
 from stickslip.measurement.stick_limits import BLUR, FEW
@@ -181,7 +181,7 @@ def _parts(values: Array) -> list[tuple[int, int]]:
     edges = [0, *(np.flatnonzero(np.diff(nearest)) + 1).tolist(), len(values)]
     runs = list(pairwise(edges))
     shortest = min(b - a for a, b in runs)
-    clear = APART * 1.4826 * float(np.median(off)) < float(np.diff(levels).min())
+    clear = APART * MAD_TO_SIGMA * float(np.median(off)) < float(np.diff(levels).min())
     return runs if clear and shortest >= FEWEST_RISES else [(0, len(values))]
 
 

@@ -6,6 +6,7 @@ The films are made, so the truth is known: the report lays it beside every resul
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,6 +22,7 @@ from stickslip.files.disk import write_whole
 from stickslip.files.netcdf import write_netcdf
 from stickslip.identification import Agreement, Identification, compare_motion, identify
 from stickslip.identification.estimator.result import in_digits
+from stickslip.identification.estimator.uncertainty import half_width
 from stickslip.identification.trajectory.shooting import fit_trajectories
 from stickslip.laws.numbers import value
 from stickslip.measurement import Rig, measure, notes
@@ -186,7 +188,8 @@ def against_truth(identification: Identification) -> pd.DataFrame:
         names, weights = ["static_friction.initial", limit], np.array([1.0, share])
         error = float(np.sqrt(weights @ identification.covariance.loc[names, names].to_numpy() @ weights))
         row = start + grown
-        table.loc[limit] = [row, error, row - 1.96 * error, row + 1.96 * error, true.break_away_force(**held)]
+        half = half_width(error, math.inf)
+        table.loc[limit] = [row, error, row - half, row + half, true.break_away_force(**held)]
         table = table.rename(index={limit: "f_s after a stick"})
     inside = (table["low"] <= table["true"]) & (table["true"] <= table["high"])
     table["inside the 95 % interval"] = np.where(inside, "yes", "no")

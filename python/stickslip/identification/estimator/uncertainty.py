@@ -13,6 +13,7 @@ from scipy.special import stdtrit
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.parameters import Parameters
+from stickslip.measurement.signals.noise import MAD_TO_SIGMA
 
 Array = npt.NDArray[np.float64]
 
@@ -45,7 +46,7 @@ def robust_scale(residuals: Array) -> float:
         return 0.0
     if residuals.size < 5:
         return float(np.sqrt(np.mean(residuals**2)))
-    scale = 1.4826 * float(np.median(np.abs(residuals)))
+    scale = MAD_TO_SIGMA * float(np.median(np.abs(residuals)))
     return scale if scale > 0 else float(np.sqrt(np.mean(residuals**2)))
 
 

@@ -12,6 +12,7 @@ from scipy.ndimage import median_filter, uniform_filter1d
 Array = npt.NDArray[np.float64]
 
 MAD_TO_SIGMA = 1.4826
+"""Standard deviation of normal numbers over the median of their sizes."""
 
 BAND = 7.0
 """Within so many standard deviations lie all samples of a level with noise."""
