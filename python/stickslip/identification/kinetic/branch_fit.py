@@ -265,9 +265,9 @@ def _result(
         freedom_of = np.where(excessive > 1, np.sum(part, axis=0) ** 2 / np.sum(part**2, axis=0), freedom_of)
         covariance = covariance * np.sqrt(np.outer(np.maximum(excessive, 1), np.maximum(excessive, 1)))
     law = problem.at(numbers)
-    repeats = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges)
+    repeats, of_samples = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges, freedom)
     covariance = covariance * np.sqrt(np.outer(repeats, repeats))
-    freedom_of = np.maximum(freedom_of / repeats, 1.0)
+    freedom_of = np.where(repeats > 1, of_samples, freedom_of)
     shifts = {
         name: -(inner / length).T @ (factor * problem.slope(numbers, name)) * error
         for name, error in problem.guessed.items()
@@ -308,15 +308,27 @@ def _result(
 
 
 def _repeats(
-    problem: Problem, law: Law, offset: float, inner: Array, factor: Array, spread: Array, edges: Samples
-) -> Array:
+    problem: Problem,
+    law: Law,
+    offset: float,
+    inner: Array,
+    factor: Array,
+    spread: Array,
+    edges: Samples,
+    freedom: Array,
+) -> tuple[Array, Array]:
     """By how much the variance of each number grows where what the law leaves is there again in every period.
 
     A ripple along the path, or a form that is not quite that of the contact, repeats with the motion: further periods say
     nothing new of it. This is seen on the samples, as rows that repeat do not scatter.
+
+    Returns
+    -------
+    the growth, at least 1, and the degrees of freedom of the grown variance, from the `freedom` of each group of rows and,
+    where it is that of samples, from how many independent ones there are.
     """
     seen = np.stack([np.sum(inner[a:b] * spread[a:b], axis=0) for a, b in pairwise(edges)])
-    found = seen.copy()
+    found, free = seen.copy(), np.repeat(freedom[:, None], seen.shape[1], axis=1)
     for i, (number, kind) in enumerate(problem.groups):
         motion = problem.motions[number]
         if kind != "kinetic" or motion.indirect:
@@ -328,8 +340,13 @@ def _repeats(
         rows, parts = motion.shares(motion.record.force - motion.replay(law) - offset)
         weight = inner[edges[i] : edges[i + 1]] * factor[edges[i] : edges[i + 1], None]
         scores = weight[rows] * parts[:, None]
-        found[i] = np.maximum(found[i], [np.sum(score**2) * variance_inflation(score, period) for score in scores.T])
-    return np.asarray(found.sum(axis=0) / seen.sum(axis=0))
+        inflation = np.array([variance_inflation(score, period) for score in scores.T])
+        of_samples = np.sum(scores**2, axis=0) * inflation
+        independent = np.maximum(rows.size / inflation - seen.shape[1], 1.0)
+        free[i] = np.where(of_samples > found[i], independent, free[i])
+        found[i] = np.maximum(found[i], of_samples)
+    share = found / found.sum(axis=0)
+    return found.sum(axis=0) / seen.sum(axis=0), 1 / np.sum(share**2 / free, axis=0)
 
 
 def _cycles(problem: Problem, edges: Samples) -> list[list[int]]:
