@@ -26,7 +26,7 @@ help:
 	@echo "make demo     the whole way on what ships with the package, report in demo-report/"
 	@echo "make docs     the documentation site, in build/docs/"
 	@echo "make wheel    a wheel and a source archive in dist/, tried in a clean environment"
-	@echo "make test     tests of the core and of the Python package (test-long: second looks; test-slow: what takes minutes)"
+	@echo "make test     tests of the core and of the Python package (test-long: what takes a second or more; test-slow: what takes minutes)"
 	@echo "make check    the gate: format, lint, types (these three: make static), tests"
 	@echo "make format   rewrite Rust and Python in the common format"
 	@echo "make bench    benchmarks, side by side with other solvers"
@@ -73,18 +73,18 @@ test-core: .tools/.rust
 
 test-python: .venv/.built
 	@# a process for each core: threads of the linear algebra would only wait for each other
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --quiet --numprocesses auto --dist loadfile $(PYTEST)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --quiet --numprocesses auto --dist loadfile $(MARKS) $(PYTEST)
 
 # What `make test` leaves out to end within three minutes, but the gate does not.
-test-long: .venv/.built
-	@$(MAKE) --no-print-directory test-python PYTEST='-m "long and not slow"'
+test-long: MARKS := -m "long and not slow"
+test-long: test-python
 
 test-slow: .venv/.built
 	$(BIN)/python docs/evidence/slow_tests.py --keep build/slow-tests.jsonl
 	$(BIN)/python docs/evidence/events.py
 
 check: static
-	@$(MAKE) --no-print-directory --jobs 2 test-core test-python PYTEST='-m "not slow" $(PYTEST)'
+	@$(MAKE) --no-print-directory --jobs 2 test-core test-python MARKS='-m "not slow"'
 
 static: format-check lint types
 

@@ -6,6 +6,7 @@ import shutil
 import sys
 import tempfile
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 import matplotlib
@@ -313,11 +314,8 @@ def pages() -> None:
     sys.path.insert(0, str(HERE.parents[1] / "tests"))
     from pages import blocks, run
 
-    for page in [
-        HERE.parent / "start.md",
-        *sorted(HERE.parent.glob("tutorials/*.md")),
-        *sorted(HERE.parent.glob("how-to/*.md")),
-    ]:
+    folders = (HERE.parent.glob(f"{folder}/*.md") for folder in ("tutorials", "how-to"))
+    for page in [HERE.parent / "start.md", *sorted(chain.from_iterable(folders))]:
         if not any(block.picture.startswith(page.stem) for block in blocks(page)):
             continue
         with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):

@@ -47,10 +47,9 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
             [["force", "loop"], ["velocity", "loop"]], figsize=(8.4, 4.2), width_ratios=[1.5, 1]
         )
     over_time, velocity, loop = (panels[name] for name in ("force", "velocity", "loop"))
-    for ax, values, name in (
-        (over_time, force, "friction F" + unit(data["force"])),
-        (velocity, w, "slip velocity w" + unit(data["slip_velocity"])),
-    ):
+    friction_force = "friction F" + unit(data["force"])
+    slip_velocity = "slip velocity w" + unit(data["slip_velocity"])
+    for ax, values, name in ((over_time, force, friction_force), (velocity, w, slip_velocity)):
         ax.plot(time[middle], values[middle], color=OKABE_ITO["black"], lw=0.9)
         shade_sticks(ax, time[middle], stuck[middle])
         ax.set_ylabel(name.replace(" (", "\n("))
@@ -74,7 +73,7 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
         marks += loop.plot(np.zeros(at_rest.size), at_rest, "o", ms=3.5, color=OKABE_ITO["green"], label="break-away")
     elif np.ptp(force) < 0.2 * np.abs(force).max():  # its scatter would look like a change of friction
         loop.set_ylim(*sorted((0.0, 1.15 * force[np.abs(force).argmax()])))
-    loop.set(xlabel=velocity.get_ylabel().replace("\n", " "), ylabel=over_time.get_ylabel().replace("\n", " "))
+    loop.set(xlabel=slip_velocity, ylabel=friction_force)
     legend = loop.legend(handles=marks, **ABOVE, ncols=2, columnspacing=1.0)
     for handle in legend.legend_handles:
         handle.set_markersize(6)  # type: ignore[union-attr]

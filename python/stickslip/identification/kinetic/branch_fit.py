@@ -265,9 +265,9 @@ def _result(
         freedom_of = np.where(excessive > 1, np.sum(part, axis=0) ** 2 / np.sum(part**2, axis=0), freedom_of)
         covariance = covariance * np.sqrt(np.outer(np.maximum(excessive, 1), np.maximum(excessive, 1)))
     law = problem.at(numbers)
-    repeats, of_samples = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges, freedom)
+    repeats, freedom_there = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges, freedom)
     covariance = covariance * np.sqrt(np.outer(repeats, repeats))
-    freedom_of = np.where(repeats > 1, of_samples, freedom_of)
+    freedom_of = np.where(repeats > 1, freedom_there, freedom_of)
     shifts = {
         name: -(inner / length).T @ (factor * problem.slope(numbers, name)) * error
         for name, error in problem.guessed.items()
