@@ -47,87 +47,69 @@ STEPS, EVERY = 1500, 4
 
 HEAD = """# Events under an independent judge
 
-Written by `docs/evidence/events.py` from `events.jsonl`, a line a seed. The judge (`crates/judge`) reads the document of a
-run for itself, with its own equations of motion, its own formulas of every friction law and its own integrators. Each phase
-between two events is judged in doubles; where those find something, with the growth of rounding over that phase; where that
-finds something still, in pairs of doubles (31 digits). Of each phase it checks
+Random systems are simulated, and every event is judged by another program (`crates/judge`). It shares no line with the
+engine. It has its own equations of motion, its own formulas of every friction law and its own integrators. Written by
+`docs/evidence/events.py` from `events.jsonl`, a line a seed.
 
-* that the motion from the reported state leads to the next reported state, and to what `orbit.at` says in between;
-* that no guard falls below zero: adhesion below its limit, the sign of w, the ends of pieces of friction and of springs, the
-  sense of ẇ on a branch, the sign of the normal force, by dense samples and refined minima, so that no event is missed and
-  none comes late;
-* the residual of each event: the force against f_s(t_s, δ), w at captures and crossings, the slip speed at nodes, ẇ at turns;
-* the reported force, stick time and force rate, the order of events, the mode that follows, and the start.
+## What is checked
 
-A residual counts as a failure beyond 4096 roundings (9e-13) of its terms, times what the phase does to them: its own
-sensitivity to its start, to forces and to the way passed. What follows a phase has 64 roundings of how far and how fast the
-motion went on the way; a stick time has one of the longest period of a force. Energy needs no check of its own: a motion
-that agrees with the equations keeps its balance. A run that the engine calls diverged is left beyond 1e30 times its start.
+Between two events lies a phase of smooth motion. Of each phase the judge checks:
 
-The documents are drawn to provoke: near-critical, heavy and no damping, near resonance, up to four harmonics, static
-friction from zero to some ulps above kinetic, grazes, starts on the edge of adhesion, drives near zero, steep pieces, units
-over many decades, denormal numbers; systems of one to six masses with contacts on ramped, reversing and shaken drives and on
-each other, some with negative damping; and, called loaded, systems of one to three masses under normal forces that vary with
-time, position and velocity (down to zero, or just touching it, so that bodies part and meet) and on springs with stops,
-pieces and cubic parts. Most runs are short, for many different ones; one in a hundred is twenty times as long. The law of
-Bogacz and Ryczek is drawn for oscillators. A fifth of the oscillators runs on Taylor series although it has a closed form.
-`max_events` is 400; a run that asks 20,000 times whether to go on is told not to (`max_seconds`).
+* The motion from the reported state leads to the next reported state, and to what `orbit.at` says in between.
+* No event is missed and none comes late. The functions whose zeros are events are sampled densely and their minima refined:
+  adhesion below its limit, the sign of w, the ends of pieces of friction and of springs, the sense of ẇ on a branch, the
+  sign of the normal force.
+* The residual of each event: the force against f_s(t_s, δ), w at captures and crossings, the slip speed at nodes, ẇ at turns.
+* The reported force, stick time and force rate, the order of events, the mode that follows, and the start.
 
-Called further are systems of one to four masses of what those leave out: laws composed of others (`Combined`, `Asymmetric`),
-drives that are tables and several waves at once, normal forces of several waves, inclines, masses that are coupled by inertia
-or lie six decades apart, contacts and springs between any two of them, masses on no spring of their own.
+A phase is judged in double precision first. Where that finds something, the growth of rounding over the phase is computed
+too. Where that finds something still, the phase is judged with 31 digits.
 
-Called polynomials are one to three masses under `PiecewisePolynomial`, a quarter of them under normal forces that vary and
-on springs that bend: polynomials of degree 2 to 4 through drawn nodes, which meet in corners at which no event lies, and of
-degree 8 and 16 through a smooth function. The judge has the barycentric formula and closes in on corners by halves.
+A residual is a failure beyond 4096 roundings (9e-13) of its terms, times what the phase does to them: its sensitivity to its
+start, to forces and to the path. Energy needs no check of its own: a motion that obeys the equations keeps its balance. A run
+that the engine calls diverged is left beyond 1e30 times its start.
 
-Laws with an internal state (LuGre, Dahl, ElastoPlastic, BoucWen, RateState with every evolution of its state, with one and
-two, Regularised) have no modes and no certified events; their runs are judged step by step, those of the core's own
-integrator (states) and those of `stickslip.simulate` (integrated). The judge has its own formulas of these laws with their
-derivatives, its own variables, and the linearly implicit Euler rule, extrapolated (Deuflhard 1985), which leads from each
-reported step to the next at 1e-13. It checks
+## What is drawn
+
+The systems are drawn to provoke. Most runs are short, for many different ones; one in a hundred is twenty times as long.
+
+* **oscillators**: near-critical, heavy and no damping, near resonance, up to four harmonics, static friction from zero to
+  some roundings above kinetic, grazes, starts on the edge of adhesion, drives near zero, steep pieces, units over many
+  decades, denormal numbers. A fifth of them runs on Taylor series although it has a closed form.
+* **systems**: one to six masses with contacts on ramped, reversing and shaken drives and on each other, some with negative
+  damping.
+* **loaded**: one to three masses under normal forces that vary with time, position and velocity (down to zero, or just
+  touching it, so that bodies part and meet) and on springs with stops, pieces and cubic parts.
+* **further**: one to four masses of what those leave out: laws composed of others (`Combined`, `Asymmetric`), drives that are
+  tables and several waves at once, normal forces of several waves, inclines, masses that are coupled by inertia or lie six
+  decades apart, contacts and springs between any two of them, masses on no spring of their own.
+* **polynomials**: one to three masses under `PiecewisePolynomial`, a quarter of them under normal forces that vary and on
+  springs that bend. Polynomials of degree 2 to 4 go through drawn nodes and meet in corners at which no event lies. Those of
+  degree 8 and 16 go through a smooth function.
+* **states** and **integrated**: laws with an internal state, see below.
+
+The law of Bogacz and Ryczek is drawn for oscillators only. `max_events` is 400. A run that asks 20,000 times whether to go on
+is told not to (`max_seconds`).
+
+## Laws with an internal state
+
+LuGre, Dahl, ElastoPlastic, BoucWen, Regularised and RateState (every evolution of its state, with one and two of them) have
+no modes and no certified events. Their runs are judged step by step: those of the core's own integrator (states) and those of
+`stickslip.simulate` (integrated). A phase is a step there, and an event a change of sign. The judge has its own formulas of
+these laws with their derivatives and its own variables. It integrates by the linearly implicit Euler rule, extrapolated
+(Deuflhard 1985), from each reported step to the next at 1e-13. It checks:
 
 * velocities, accelerations and friction forces at each step, to 4096 roundings of their terms;
 * that each step leads to the next one, and to what is said of the time between, within 100 times the tolerance of the
-  integrator; within 100 times more where the step holds a boundary layer or a corner of friction, of a normal force or of a
-  spring, of which no error estimate knows: there w or the normal force changes its sign, or the judge had to halve its own
-  step five times;
+  integrator. It is 100 times more where the step holds what no error estimate knows of: a boundary layer, or a corner of
+  friction, of a normal force or of a spring. That is so where w or the normal force changes its sign in it, or where the
+  judge had to halve its own step five times;
 * of `stickslip.simulate`, that velocities change their signs where its table of events says so, and nowhere else.
 
-Phases are steps there, and events changes of sign. `tests/test_state_laws.py` and `tests/test_state_systems.py` hold these
-laws against the balance of energy, limits in which they become a law with events, and known critical stiffnesses.
+`tests/test_state_laws.py` and `tests/test_state_systems.py` hold these laws against the balance of energy, limits in which
+they become a law with events, and known critical stiffnesses.
 
-A check of its own by someone else (dense samples, 2800 oscillators of one mass) had flagged four documents of an earlier
-engine. The first three were integrated again from event to event by DOP853 at 1e-12, with the equation of motion and the law
-written anew, and agree with the engine of now to 1e-8 of the motion at the end of each slip. Two laws `Tabulated` released at
-102.62086 and 0.0067961, 3e-5 and 3e-4 off the limit: the reaction reaches the line between the nodes 1.1e-4 and 2.2e-7
-later, where the engine of now releases, to 7e-16 of it. The law `TwoBranch` under heavy damping was 0.08 off at 78.8172:
-slip slows down there, and friction is that of the falling branch, 0.48339, and balances the motion to 1e-15. `DwellTime` on
-the fast drive had an event at 22.1 with a jump of v: there can be none, as free motion is gone after some 0.015 and forced
-motion is never faster than 427 under a drive of 700. So all four point to the earlier engine, which was not run again.
-
-What was found last, and how it was settled. Between two steps of the integrator of states the motion was a cubic through
-the slopes at both ends. After a node of a drive that is the slope of the next piece (seven documents). Where friction is
-stiff the error of a slope counts many times (seed 6303, state 2). It was up to 1e5 tolerances off. Now the integrator's own
-dense output is taken: in 80 runs of seeds 7000 and 7001 it was 9 tolerances off at most. For rate-and-state friction that is
-almost viscous, a tolerance meant for a logarithm counted for the slip velocity (seed 6300, integrated 18). Newton's law of
-each mass that is held now gives its holding force (seed 4203, further 292; seed 6311, further 224). Before, it was solved
-from accelerations across contacts, which lost five digits for a light mass beside a heavy one. In seed 6310, further 161, a
-light mass has a rate of 8e11 per unit of time. A bound of the 28th power there was too large for a number, and the search
-took that for an event at once: 1998 false crossings. The search goes on in units of the step now. An own Runge-Kutta method
-with 30 digits agrees with the motion to 8e-9 of 1e8 up to the first node.
-
-Two documents were computed anew with 30 digits or more. In seed 6003, state 21, the engine is right to 2e-12 and the judge
-was 4e-6 off: its rule asked whether bodies touch off the motion; it no longer does. In seed 6006, system 489, the motion is
-right to 1e-16, and a slip speed passes the node of a steep piece as slowly as 4e-8 a unit of time. The engine saw that only
-when it was 4 times 16 roundings of the largest speed beyond. It now sees it before.
-
-In seed 6336, oscillator 482, a motion takes 1e14 units of time. The last coefficients of its series were too small for a
-number. The engine took that for the end of the series, and its step for as long as it liked: 1e-10 of the motion was lost
-(a series of 40 digits says so). In seed 6349, integrated 7, a contact parts for 10 units of time within a step of 69, of
-which no error estimate knows. The judge allowed that step its larger tolerance, and the change of sign in it the usual one;
-now it allows both the same.
-
+## What was found
 """
 
 ROWS = {
@@ -244,7 +226,6 @@ def add(to: dict, counts: dict) -> None:
 def page(chunks: list[dict]) -> str:
     """The page."""
     totals: dict[str, dict] = {}
-    states: dict[tuple[str, str], list[int]] = {}
     again: dict[str, list[int]] = {}
     open_ones = []
     certified: dict[str, dict] = {}
@@ -254,10 +235,6 @@ def page(chunks: list[dict]) -> str:
     chunks = [chunk for chunk in chunks if not chunk.get("certified")]
     for chunk in chunks:
         add(totals, chunk["counts"])
-        counts = chunk["counts"].values()
-        row = states.setdefault((chunk["engine"], chunk["judge"]), [0, 0, 0])
-        for index, value in enumerate([1, sum(c["documents"] for c in counts), sum(c["failures"] for c in counts)]):
-            row[index] += value
         for failure in chunk["failures"]:
             last = failure.get("again")
             if last:
@@ -271,16 +248,16 @@ def page(chunks: list[dict]) -> str:
     text = [HEAD, f"Seeds: {seeds[0]} to {seeds[-1]}, {len(seeds)} of them.\n"]
     text += [f"| | {' | '.join(kinds)} |", "|---|" + "---:|" * len(kinds)]
     text += [f"| {row} | " + " | ".join(f"{totals[kind][key]:,}" for kind in kinds) + " |" for key, row in ROWS.items()]
-    text += [
-        "",
-        "These are the verdicts as they first fell. Which sources were judged by which (git trees of `src`):",
-        "",
-    ]
-    text += ["| engine | judge | seeds | documents | with a failure |", "|---|---|---:|---:|---:|"]
-    text += [f"| `{e}` | `{j}` | {n:,} | {d:,} | {f:,} |" for (e, j), (n, d, f) in states.items()]
+    first = sum(row["failures"] for row in totals.values())
+    engines = len({chunk["engine"] for chunk in chunks})
+    text += ["", f"Failures are those of the first verdicts, over {engines} states of the engine: {first} documents."]
+    text += ["Some were faults of the judge."]
+    text += [f"Run again with the engine of now (`{e}`), {wrong} of {n} fail." for e, (n, wrong) in again.items()]
     if certified:
         events = list(certified)
         text += [
+            "",
+            "## Certified roots",
             "",
             "On a build with assertions each accepted root is certified: its guard is evaluated anew beside it, whatever",
             "search found it, and must not be below zero before it nor above zero after it but for rounding. A root that is",
@@ -291,11 +268,8 @@ def page(chunks: list[dict]) -> str:
         ]
         for key in ("documents", "events", "fallbacks", "failures"):
             text.append(f"| {key} | " + " | ".join(f"{certified[kind][key]:,}" for kind in events) + " |")
-    if again:
-        text += ["", "The documents that failed, run again:", ""]
-        text += ["| engine | documents | with a failure |", "|---|---:|---:|"]
-        text += [f"| `{engine}` | {n:,} | {f:,} |" for engine, (n, f) in again.items()]
-    text += ["", "| a run ended by | " + " | ".join(kinds) + " |", "|---|" + "---:|" * len(kinds)]
+    text += ["", "## How runs ended, and the laws", ""]
+    text += ["| a run ended by | " + " | ".join(kinds) + " |", "|---|" + "---:|" * len(kinds)]
     for stop in sorted({stop for kind in kinds for stop in totals[kind]["stops"]}):
         text.append(f"| `{stop}` | " + " | ".join(f"{totals[kind]['stops'].get(stop, 0):,}" for kind in kinds) + " |")
     text += ["", "| law | oscillators | with a failure at first |", "|---|---:|---:|"]
