@@ -26,16 +26,8 @@ CASES = (
 HEAD = """# Instructions
 
 Instructions of the processor for one event, counted by valgrind: `python docs/evidence/instructions.py {before}`. The
-cases are those of `crates/stickslip/examples/cost.rs`. Before is commit {before}.
-
-Since then a root must leave no more than rounding, and a state that is no number ends the run. A search can be
-interrupted, static friction may differ by the direction, and an event names its contact. The price was counted apart by
-callgrind. An event of S3 costs 16 more for what its root leaves and 10 for the interruption. It costs 5 for what is no
-number and 5 for the direction. In forced S15 the root of a break-away is evaluated once more, which costs about 80.
-
-Copies that are gone pay for that. A kept orbit makes room for four times as many rows while it has few. That is 60 an
-event of S3. An event takes 56 bytes, not 64, and the mode that follows is written where it is kept. valgrind counts a
-long copy byte for byte. So what a case pays for its rows depends on how many they are.
+cases are those of `crates/stickslip/examples/cost.rs`. Before is
+commit {before}. What a case pays for its rows depends on how many they are, as valgrind counts a long copy byte for byte.
 
 | case | before | now | now / before |
 |---|---:|---:|---:|
