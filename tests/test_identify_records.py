@@ -75,3 +75,20 @@ def test_many_records_share_one_name_in_a_picture():
     )
     labels = [text.get_text() for text in found.plot().get_legend().get_texts()]
     assert labels == ["8 records", "law"]
+
+
+@pytest.mark.parametrize(
+    ("limit", "static"),
+    [(lambda _rest: 1.0, "PiecewiseLinear"), (lambda rest: 1.3 - 0.5 * np.exp(-0.4 * rest), "Combined")],
+)
+def test_kinetic_friction_that_is_a_straight_line_is_fitted_by_one(limit, static):
+    """A Stribeck curve has numbers that such records do not hold."""
+    drives = (0.08, 0.12, 0.16) if static == "Combined" else (0.1,)
+    trees = [record(lambda w: 0.6 + 0.15 * w, limit, drive, seed=i, samples=1500) for i, drive in enumerate(drives)]
+    found = identify(trees)
+    assert type(found.law).__name__ == static
+    assert ": the line 0." in found.notes[0]
+    kinetic = found.law if static == "PiecewiseLinear" else found.law.kinetic
+    assert len(kinetic.nodes) == 2
+    low, high = (found.parameters.filter(regex=r"nodes\[1\].force$", axis=0)[key].item() for key in ("low", "high"))
+    assert low < 0.6 + 0.15 * kinetic.nodes[1][0] < high

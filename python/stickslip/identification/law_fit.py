@@ -203,7 +203,7 @@ def check_kind(records: list[FrictionRecord], law: str | type[Law] | Law, option
                 f"identify: {record.name} holds break-aways and no slip, so its kinetic friction is not known beside the "
                 "other records: leave it out, or fit static friction over stick time to it alone, without a law"
             )
-    if options.pieces is not None and kind not in OF_PIECES:
+    if options.pieces is not None and not {kind, *_parts(law)[1:]} & set(OF_PIECES):
         names = ", ".join(law.__name__ for law in OF_PIECES)
         raise InputError(
             f"identify: {kind.__name__} has no linear pieces to count: leave pieces out, or ask for {names}"

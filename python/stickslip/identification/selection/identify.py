@@ -32,6 +32,7 @@ from stickslip.laws import (
     ForceRate,
     Law,
     LogarithmicDwell,
+    PiecewiseLinear,
     RateState,
     StaticKinetic,
 )
@@ -45,12 +46,12 @@ BY_FORM: dict[str, type[Law]] = {
     "exponential over force rate": ForceRate,
 }
 """The law that is taken where none is asked for, by the form of static friction; `DwellTime` for all others."""
-CURVES: dict[type[Law], str | type[Law]] = {
-    DwellTime: Combined,
-    LogarithmicDwell: Combined,
-    StaticKinetic: "Combined:StaticKinetic",
+CURVES: dict[type[Law], tuple[str, str]] = {
+    DwellTime: ("Combined:DwellTime:PiecewiseLinear", "Combined"),
+    LogarithmicDwell: ("Combined:LogarithmicDwell:PiecewiseLinear", "Combined"),
+    StaticKinetic: ("PiecewiseLinear", "Combined:StaticKinetic"),
 }
-"""Laws whose kinetic friction is one number, and what has a curve in its place."""
+"""Laws whose kinetic friction is one number, and what has a line or a curve in its place."""
 BINS = 8
 """Ranges of slip speed, of as many samples each, in which friction is looked at before a curve is fitted."""
 CURVED = 1.2
@@ -157,8 +158,9 @@ def identify(
         ``"l.slope"``, ``"B.w"``; default: what the records can tell. For a law given as first guess: default as for its
         class.
     fixed : numbers to hold, by name.
-    pieces : linear pieces of ``PiecewiseLinear``, ``TwoBranch`` and ``Tabulated``, 1 to 12, default 3; or ``"auto"``: the
-        fewest that predict held-back parts of the records as well as any number of them; the first of the notes says why.
+    pieces : linear pieces of ``PiecewiseLinear``, ``TwoBranch`` and ``Tabulated``, 1 to 12, default 3, alone or as the kinetic
+        part of `Combined`; or ``"auto"``: the fewest that predict held-back parts of the records as well as any number of
+        them; the first of the notes says why.
     offset : whether a constant in the measured force is fitted too: the zero of an instrument, or friction that differs by
         the sense of the slip. The records must slip in both.
     bounds : lowest and highest value of numbers that are fitted, by name.
@@ -248,15 +250,24 @@ def _of_kind(
 def _with_a_curve(
     records: list[FrictionRecord], options: Options, break_aways: BreakAways, constant: Identification
 ) -> Identification | None:
-    """The same static friction beside kinetic friction that changes with the slip velocity, where it lies clearly closer."""
+    """The same static friction beside kinetic friction that changes with the slip velocity, where it lies clearly closer.
+
+    A straight line where that is close enough: a curve of more numbers could not be found from these records.
+    """
     off = _distance(constant)
     if off < CURVED * _distance(constant, free=True):
         return None
-    try:
-        curved = _of_kind(records, CURVES[type(constant.law)], options, break_aways)
-    except InputError:
-        return None
-    return curved if off > CURVED * _distance(curved) else None
+    line, curve = CURVES[type(constant.law)]
+    pieces = options.pieces or 1
+    for kind, tried in ((line, replace(options, pieces=pieces)), (curve, options)):
+        try:
+            found = _of_kind(records, kind, tried, break_aways)
+        except InputError:
+            continue
+        near = _distance(found)
+        if off > CURVED * near and (kind is curve or near < CURVED * _distance(found, free=True)):
+            return found
+    return None
 
 
 def _distance(found: Identification, free: bool = False) -> float:
@@ -313,7 +324,12 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
             continue
         reason = refused[-1].removeprefix("identify: ") if refused else why
         if kind in CURVES and (curved := _with_a_curve(records, options, break_aways, found)) is not None:
-            found, kind = curved, Combined
+            found, kind = curved, type(curved.law)
             reason += ", and kinetic friction that changes with the slip velocity lies closer to the records"
+            kinetic = getattr(curved.law, "kinetic", curved.law)
+            if isinstance(kinetic, PiecewiseLinear) and len(kinetic.nodes) == 2:
+                (w, force), (last, end) = kinetic.nodes
+                slope = (end - force) / (last - w)
+                reason += f": the line {force:.4g} {'-' if slope < 0 else '+'} {abs(slope):.4g} w"
         return replace(found, notes=[f"No law was asked for; {kind.__name__} was taken: {reason}.", *found.notes])
     raise InputError(refused[0])
