@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from spring_and_block import record
@@ -12,8 +14,11 @@ from test_identify_options import steps
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.errors import InputError
 from stickslip.files.disk import input_file
-from stickslip.identification import fit_steady, friction_of_orbit, identify
+from stickslip.identification import fit_static_friction, fit_steady, friction_of_orbit, identify
+from stickslip.identification.selection import prediction
+from stickslip.identification.selection.prediction import columns
 
 
 def kinetic(_w):
@@ -92,3 +97,32 @@ def test_kinetic_friction_that_is_a_straight_line_is_fitted_by_one(limit, static
     assert len(kinetic.nodes) == 2
     low, high = (found.parameters.filter(regex=r"nodes\[1\].force$", axis=0)[key].item() for key in ("low", "high"))
     assert low < 0.6 + 0.15 * kinetic.nodes[1][0] < high
+
+
+def test_a_few_samples_against_the_usual_direction_are_no_slip_that_way():
+    tree = record(lambda w: 0.6 - 0.1 * w, lambda _rest: 1.0, 0.3, seed=4, samples=1500)
+    w = tree["slip_velocity"].to_numpy()
+    w[np.flatnonzero(w > 0.2)[::50]] *= -1  # errors of a differentiated position
+    found = fit_steady(tree)
+    assert not {"offset", "asymmetric"} & set(found.chosen.split(", "))
+    assert any("slip against the sense of nearly all of it" in note for note in found.notes)
+    assert abs(found.parameters.loc["kinetic", "value"] - 0.6) < 0.01
+
+
+def test_static_friction_is_fitted_to_a_plain_table():
+    rest = np.geomspace(1, 100, 12)
+    table = pd.DataFrame({"stick_time": rest, "force": 0.6 + 0.05 * np.log10(rest)})
+    assert fit_static_friction(table).fits["logarithmic"].parameters.loc["slope", "value"] == pytest.approx(
+        0.05, abs=1e-6
+    )
+    with pytest.raises(InputError, match="columns stick_time and force, got none named force among stick_time, peak"):
+        fit_static_friction(table.rename(columns={"force": "peak"}))
+
+
+def test_a_run_whose_drawn_laws_do_not_stick_is_predicted_without_an_interval():
+    numbers = {name: math.nan for of in ("stick_rate", "min_force", "max_force") for name in columns(of)}
+    run = pd.DataFrame([numbers | {"stick_rate_predicted": 3.0}], index=["run"])
+    assert prediction._counts(run, [2.0]) == [
+        "run: 6 sticks in 2 of steady motion by the law itself; none of the laws drawn from its uncertainty sticks there, so "
+        "there is no interval."
+    ]

@@ -25,6 +25,13 @@ Mask = npt.NDArray[np.bool_]
 ROWS = ("t", "stick_time", "force_rate", "force", "drop")
 """Columns of the table of break-aways; each has one named ``<column>_error`` beside it."""
 FEWEST_SAMPLES = 10
+SENSES = 0.05
+"""A sense of slip has at least this share of the samples that slip."""
+
+
+def both_senses(w: Array) -> bool:
+    """Whether slip is for a good part in either sense; rebounds and errors of w are no slip the other way."""
+    return SENSES < float(np.mean(w > 0)) < 1 - SENSES
 
 
 @dataclass(frozen=True, repr=False)
@@ -127,8 +134,7 @@ class FrictionRecord(InNotebook):
 
     def both_senses(self) -> bool:
         """Whether the record slips for a good part in either sense."""
-        forward = float(np.mean(self.slip_velocity[~self.stuck] > 0))
-        return 0.05 < forward < 0.95
+        return both_senses(self.slip_velocity[~self.stuck])
 
     def part(self, first: int, last: int) -> FrictionRecord:
         """The samples [first, last) with the break-aways in them."""
@@ -171,7 +177,9 @@ class FrictionRecord(InNotebook):
 
 
 def read_records(friction: Any) -> list[FrictionRecord]:
-    """Friction records from a DataTree, the path of a friction file, or a list of either; equal ones count once.
+    """Friction records from a DataTree, the path of a friction file, a table of break-aways, or a list of them.
+
+    Equal ones count once.
 
     Raises
     ------
@@ -222,6 +230,8 @@ def _read(item: Any, number: int) -> FrictionRecord:
         return item
     if isinstance(item, str | Path):
         return _from_tree(opened(Path(item)), str(item))
+    if isinstance(item, pd.DataFrame):
+        item = _of_table(item)
     if isinstance(item, xr.Dataset):
         item = xr.DataTree(item)
     if isinstance(item, xr.DataTree):
@@ -229,6 +239,18 @@ def _read(item: Any, number: int) -> FrictionRecord:
     raise InputError(
         f"identify: expected a friction file or a DataTree from measure, got {type(item).__name__}: run measure first"
     )
+
+
+def _of_table(table: pd.DataFrame) -> xr.DataTree:
+    """A plain table of break-aways as a friction file holds it."""
+    if missing := sorted({"stick_time", "force"} - set(table)):
+        raise InputError(
+            f"identify: expected a table of break-aways with the columns stick_time and force, got none named "
+            f"{' and '.join(missing)} among {', '.join(map(str, table.columns))}"
+        )
+    columns = {"t": np.arange(1.0, len(table) + 1)} | {name: table[name].to_numpy() for name in table}
+    rows = xr.Dataset({str(name): ("event", values) for name, values in columns.items()})
+    return xr.DataTree.from_dict({"/": xr.Dataset(), "/break_away": rows})
 
 
 def opened(path: Path) -> xr.DataTree:

@@ -267,8 +267,8 @@ class Problem:
         names = [name for name, none in zip(self.free, silent, strict=True) if none]
         if names:
             raise InputError(
-                f"identify: the records say nothing about {', '.join(names)} of {type(self.law).__name__}: leave it out of "
-                "the free parameters, or add records in which it acts"
+                f"identify: the records say nothing about {', '.join(names)} of {type(self.law).__name__}: hold it at a "
+                "value (fixed, --fixed), ask for a law without it, or add records in which it acts"
             )
 
     def refuse_silent(self, start: Law) -> None:

@@ -208,7 +208,10 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
         if stick.size >= 2:
             rows["mean stick time"] = (*_mean(stick), _mean(releases["stick_time"].to_numpy())[0])
             middle = float(np.median(stick))
-            scatter = 1.2533 * robust_scale(stick - middle) / math.sqrt(stick.size)
+            spread = robust_scale(stick - middle)
+            if spread < 1e-9 * middle:  # times that are whole numbers of samples
+                spread = record.step / math.sqrt(12)
+            scatter = 1.2533 * spread / math.sqrt(stick.size)
             simulated = float(np.median(releases["stick_time"])) if len(releases) else math.nan
             rows["median stick time"] = (middle, scatter, simulated)
         drop = table["drop"].dropna().to_numpy()

@@ -158,8 +158,8 @@ def identify(
         ``"l.slope"``, ``"B.w"``; default: what the records can tell. For a law given as first guess: default as for its
         class.
     fixed : numbers to hold, by name.
-    pieces : linear pieces of ``PiecewiseLinear``, ``TwoBranch`` and ``Tabulated``, 1 to 12, default 3, alone or as the kinetic
-        part of `Combined`; or ``"auto"``: the fewest that predict held-back parts of the records as well as any number of
+    pieces : linear pieces of ``PiecewiseLinear``, ``TwoBranch`` and ``Tabulated``, alone or as kinetic part of `Combined`,
+        1 to 12, default 3; or ``"auto"``: the fewest that predict held-back parts of the records as well as any number of
         them; the first of the notes says why.
     offset : whether a constant in the measured force is fitted too: the zero of an instrument, or friction that differs by
         the sense of the slip. The records must slip in both.

@@ -441,8 +441,15 @@ def _counts(table: pd.DataFrame, lengths: Sequence[float]) -> list[str]:
         rate, least, force = (
             [row[column] for column in columns(quantity)[2:]] for quantity in ("stick_rate", "min_force", "max_force")
         )
-        if math.isfinite(length) and math.isfinite(rate[0]):
-            count, low, high = (length * value for value in rate)
+        if not (math.isfinite(length) and math.isfinite(rate[0])):
+            continue
+        count, low, high = (length * value for value in rate)
+        if not (math.isfinite(low) and math.isfinite(high)):
+            found.append(
+                f"{name}: {count:.0f} sticks in {length:.4g} of steady motion by the law itself; none of the laws drawn from "
+                "its uncertainty sticks there, so there is no interval."
+            )
+        else:
             found.append(
                 f"{name}: {count:.0f} sticks ({math.floor(low)} to {math.ceil(high)}) in {length:.4g} of steady motion, one "
                 f"in {1 / rate[0]:.4g} ({1 / rate[2]:.4g} to {1 / rate[1]:.4g}), with a spring force from {least[0]:.4g} "

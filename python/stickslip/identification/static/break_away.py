@@ -190,7 +190,8 @@ def fit_static_friction(friction: Any) -> StaticFriction:
 
     Parameters
     ----------
-    friction : as for :func:`stickslip.identify`.
+    friction : as for :func:`stickslip.identify`, or a pandas DataFrame of break-aways with the columns `stick_time` and
+        `force`, and where they are known `force_rate`, `drop` and `force_error`.
 
     Returns
     -------
@@ -211,14 +212,9 @@ def fit_static_friction(friction: Any) -> StaticFriction:
 
     Source: Kato, Sato & Matsubayashi, Wear 20 (1972) 315; Dieterich, J. Geophys. Res. 77 (1972) 3690 (logarithm).
 
-    >>> import xarray as xr
     >>> rng, t_s = np.random.default_rng(1), np.geomspace(0.1, 10, 60)
-    >>> rows = {"t": np.arange(60.0) + 1, "stick_time": t_s, "force_rate": 1 / t_s}
-    >>> rows["force"] = 0.6 + 0.05 * np.log10(t_s) + 0.002 * rng.standard_normal(60)
-    >>> root = {"time": np.arange(700) / 10, "slip_velocity": np.ones(700), "force": np.full(700, 0.5)}
-    >>> table = xr.Dataset({name: ("event", column) for name, column in rows.items()})
-    >>> data = xr.Dataset({k: ("time", v) for k, v in root.items() if k != "time"}, coords={"time": root["time"]})
-    >>> found = fit_static_friction(xr.DataTree.from_dict({"/": data, "/break_away": table}))
+    >>> force = 0.6 + 0.05 * np.log10(t_s) + 0.002 * rng.standard_normal(60)
+    >>> found = fit_static_friction(pd.DataFrame({"stick_time": t_s, "force": force, "force_rate": 1 / t_s}))
     >>> found.chosen, float(found.best.parameters.loc["slope", "value"].round(2))
     ('logarithmic', 0.05)
     """

@@ -71,12 +71,13 @@ def choice(
     offset = best.parameters.loc["offset"] if "offset" in best.parameters.index else None
     if offset is not None:
         without = fits.get(", ".join(part for part in chosen.split(", ") if part != "offset"))
+        sense = "<" if offset["value"] < 0 else ">"
         gain = "" if without is None else f" Without it held-back rows are missed by {without.held_back:.3g}."
         notes.append(
             f"The force has an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) that "
             f"keeps its sign when the motion turns: the zero of an instrument, gravity, or friction that is "
-            f"{2 * offset['value']:.3g} larger one way; speed alone cannot tell which. It is not part of the law, which "
-            f"is the mean of both ways.{gain}"
+            f"{abs(2 * offset['value']):.3g} larger for w {sense} 0; speed alone cannot tell which. It is not part of the "
+            f"law, which is the mean of both ways.{gain}"
         )
         if "restoring" in best.parameters.index:
             slope = best.parameters.loc["restoring"]

@@ -13,7 +13,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.identification.kinetic.motion import SENSE
-from stickslip.identification.records import stated_units
+from stickslip.identification.records import both_senses, stated_units
 from stickslip.identification.steady.curves import COLUMNS, Rows, inertia_error
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.signals.noise import noise_level
@@ -90,8 +90,9 @@ def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], LeftOut, list[s
         building = _building_up(time, w, force, sliding)
         rows, inertia, notes = _with_inertia(rows, root, sliding & ~building, name)
         slowest = 0.0 if building.any() else _slowest(w, force - inertia, moving & ~smoothed)
-        left = _left_out(np.abs(w), slides, smoothed, moving, building, slowest, name)
-        moving = sliding & ~building & (np.abs(w) > slowest)
+        rare = _against_the_usual_sense(w, sliding & ~building)
+        left = _left_out(np.abs(w), slides, smoothed, moving, building, slowest, rare, name)
+        moving = sliding & ~building & (np.abs(w) > slowest) & ~rare
     elif table is not None and {"slip_velocity", "force"} <= set(map(str, table)):
         w = _numbers(table, "slip_velocity", name)
         unknown = np.full(len(w), math.nan)
@@ -167,6 +168,15 @@ def beside_sticks(time: Array, slides: npt.NDArray[np.bool_], cutoff: float) -> 
     return slides & (np.minimum(np.abs(since), np.abs(until)) < 1 / cutoff)
 
 
+def _against_the_usual_sense(w: Array, moving: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Samples against the sense in which nearly all slip is: they are too few to tell friction that way."""
+    if not moving.any() or both_senses(w[moving]):
+        return np.zeros(w.size, dtype=bool)
+    usual = bool(np.mean(w[moving] > 0) > 0.5)
+    rare: npt.NDArray[np.bool_] = moving & ((w > 0) != usual)
+    return rare
+
+
 def _left_out(
     speed: Array,
     slides: npt.NDArray[np.bool_],
@@ -174,6 +184,7 @@ def _left_out(
     moving: npt.NDArray[np.bool_],
     building: npt.NDArray[np.bool_],
     slowest: float,
+    rare: npt.NDArray[np.bool_],
     name: str,
 ) -> LeftOut:
     """How many samples of slip are no rows, at what speeds, and why."""
@@ -185,6 +196,7 @@ def _left_out(
         "where friction differs between speeding up and slowing down, or only one of them was measured": (
             left & moving & (speed <= slowest)
         ),
+        "slip against the sense of nearly all of it": rare & (speed > slowest),
     }
     found = {
         reason: (int(np.count_nonzero(which)), float(speed[which].max()))

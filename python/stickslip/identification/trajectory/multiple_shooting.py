@@ -334,8 +334,8 @@ class MultipleShooting:
         """
         if silent := self.silent(unknowns):
             raise InputError(
-                f"identify: the slips say nothing about {', '.join(silent)}: leave it out of the free parameters, or add "
-                "records in which it acts"
+                f"identify: the slips say nothing about {', '.join(silent)}: hold it at a value (fixed, --fixed), ask "
+                "for a law without it, or add records in which it acts"
             )
         moving = [j for j in range(self.count) if j not in static]
         order = [*moving, *static]

@@ -250,8 +250,8 @@ class SingleShooting:
             scores += slopes[a:b].T @ instrument / excess
         if (silent := self.silent(unknowns)) or not np.diag(information).all():
             raise InputError(
-                f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: leave it out of "
-                "the free parameters, or add records in which it acts"
+                f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: hold it at a "
+                "value (fixed, --fixed), ask for a law without it, or add records in which it acts"
             )
         bread = inverse(information, self.free.names)
         return bread, bread @ scores
