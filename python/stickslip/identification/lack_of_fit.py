@@ -10,7 +10,8 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.motion import Motion
-from stickslip.identification.steady.curves import Rows, linear_losses
+from stickslip.identification.steady.curve_fit import linear_losses
+from stickslip.identification.steady.curves import Rows
 from stickslip.identification.steady.misfit import PART, SURE, behind
 from stickslip.identification.steady.steady_rows import beside_sticks
 from stickslip.laws import Law

@@ -20,6 +20,7 @@ from stickslip.files.units import unit_of
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.records import check_same_units, opened
+from stickslip.identification.steady.curve_fit import fit_form
 from stickslip.identification.steady.curves import (
     BLOCKS,
     BY_SENSE,
@@ -29,7 +30,6 @@ from stickslip.identification.steady.curves import (
     SHAPES,
     Rows,
     SteadyFit,
-    fit_form,
     forms_of,
 )
 from stickslip.identification.steady.misfit import behind, widened
