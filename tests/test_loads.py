@@ -463,3 +463,21 @@ def test_what_needs_derivatives_says_that_springs_in_pieces_have_none(name, ask)
     ) as said:
         ask(replace(chain, springs=stop))
     assert "guess" not in str(said.value)
+
+
+def test_a_stop_keeps_the_sign_of_its_stiffness_and_may_stand_at_rest() -> None:
+    assert ss.Spring.stop(0.3, -10.0).nodes[-1] == (1.3, -10.0)
+    assert ss.Spring.stop(-0.3, 10.0).nodes[0] == (-1.3, -10.0)
+    assert ss.Spring.stop(0.0, 10.0).nodes == ((-1.0, 0.0), (0.0, 0.0), (1.0, 10.0))
+    assert ss.Spring.stop(-0.0, 10.0).nodes == ((-1.0, -10.0), (0.0, 0.0), (1.0, 0.0))
+    assert ss.Spring.backlash(0.0, 4.0).nodes == ((-1.0, -4.0), (1.0, 4.0))
+    with pytest.raises(ss.InputError, match=r"expected a gap of at least 0, got -0\.3"):
+        ss.Spring.backlash(-0.3, 1.0)
+    assert ss.simulate(
+        ss.Oscillator(0.1, 0.0, ss.laws.Coulomb(0.1), springs=ss.Spring.stop(0.0, 9.0)), 20.0, x0=2.0
+    ).stop
+
+
+def test_the_first_force_needs_no_number_in_its_name() -> None:
+    oscillator = ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(0.5), forcing=ss.Harmonic(0.3, 1.1))
+    assert oscillator.with_number("forcing.frequency", 1.2) == oscillator.with_number("forcing.0.frequency", 1.2)

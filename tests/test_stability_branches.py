@@ -268,3 +268,29 @@ def test_critical_velocities_name_where_the_cycle_that_repels_ends() -> None:
     (ends,) = found.not_shown
     assert (ends.kind, ends.parameter) == ("grazing_sliding", pytest.approx(SLIP_GRAZES, abs=1e-11))
     assert f"grazing_sliding {ends.parameter:.12g} on a cycle" in repr(found)
+
+
+@pytest.mark.parametrize(
+    ("law", "damping", "bounds", "hopf", "grazing"),
+    [
+        (ss.laws.Lorentzian(1.0, 0.4, 0.2, viscous=0.12), 0.08, (0.005, 0.9), [0.0066816, 0.5760367], 0.0066928),
+        (ss.laws.ExponentialStribeck(1.0, 0.4, 0.2, exponent=2), 0.2, (0.005, 0.5), [0.0066741, 0.4053452], 0.0066797),
+    ],
+)
+def test_no_branch_goes_on_through_a_point_or_past_a_grazing_of_wide_bounds(law, damping, bounds, hopf, grazing):
+    """Both sides of a Hopf point are one curve of cycles, and steps are measured by bounds that are 10⁵ times as wide."""
+    stiffness = 1.5 if isinstance(law, ss.laws.Lorentzian) else 1.0
+    system = ss.Oscillator(damping, 0.5, law, mass=1.0, stiffness=stiffness)
+    found = ss.continuation(system, "drive_velocity", bounds, seeds=0)
+    special = sorted((point.kind, point.parameter) for point in found.special_points)
+    assert [kind for kind, _ in special] == ["grazing_sliding", "grazing_sliding", "hopf", "hopf"]
+    assert [value for _, value in special] == pytest.approx([grazing, grazing, *hopf], abs=1e-7)
+    cycles = [branch for branch in found.branches if branch.kind == "cycle"]
+    assert len(cycles) == 3
+    assert not any(branch.closed for branch in cycles)
+    for branch in cycles:
+        for index in range(0, len(branch.values), 5):
+            cycle = branch.orbit(index)
+            x, v = (float(number) for number in cycle.orbit.at(0.3 * cycle.period))
+            again = ss.simulate(cycle.system, cycle.period, x0=x, v0=v)
+            assert np.hypot(*np.subtract(again.at(cycle.period), (x, v))) < 1e-6 * (1 + cycle.largest)

@@ -173,8 +173,9 @@ fn halved(oscillator: &Oscillator) -> Oscillator {
     }
 }
 
-/// Every width against one lane, one lane against a single motion, and against the engine of single motions; what differs there by more than 1e-9 is so
-/// ill-conditioned that this engine differs more from itself at a drive velocity that is off by 1e-12. How many motions, events,
+/// Every width against one lane, one lane against a single motion, and against the engine of single motions; what differs there by more than 1e-9 is
+/// ill-conditioned: this engine differs more from itself at a drive velocity that is off by 1e-12, or an event lies elsewhere on
+/// one and the same motion. How many motions, events,
 /// phases handed over and ill-conditioned motions there were.
 fn compare(count: usize, seed: u64, draw: fn(&mut Dice) -> (Oscillator, Run)) -> [u64; 4] {
     let mut dice = Dice(seed);
@@ -228,9 +229,14 @@ fn compare(count: usize, seed: u64, draw: fn(&mut Dice) -> (Oscillator, Run)) ->
         let first = lane
             .iter()
             .zip(&single)
-            .find(|(a, b)| apart(&[**a], &[**b]) > 1e-9);
+            .find(|(a, b)| apart(&[**a], &[**b]) > 1e-11);
+        // Or the slip velocity hardly crosses zero there, so that its rounding moves the event along one and the same motion.
+        let along = first.is_some_and(|(a, b)| {
+            let off = a.x - b.x - 0.5 * (a.v + b.v) * (a.t - b.t);
+            (a.t - b.t).abs() < 1e-7 && off.abs() < 1e-12 && (a.v - b.v).abs() < 1e-12
+        });
         assert!(
-            spread[0].max(spread[1]) > difference.min(1e-6),
+            spread[0].max(spread[1]) > difference.min(1e-6) || along,
             "{first:?} {} {} {oscillator:?} {run:?}",
             lane.len(),
             single.len()
@@ -298,12 +304,14 @@ fn many_lanes_agree_with_single_motions() {
         number("STICKSLIP_MOTIONS", 100_000),
         number("STICKSLIP_SEED", 1000),
     );
-    let mut counts = [0; 4];
+    let draws = [draw, draw_growing, draw_growing_otherwise];
+    let mut counts = [[0; 4]; 3];
     for seed in first..first + asked / 1000 {
+        let kind = usize::try_from(seed % 3).unwrap();
         // What fails is named by its seed.
-        let found =
-            std::panic::catch_unwind(|| compare(1000, seed, draw)).unwrap_or_else(|_| panic!("seed {seed}"));
-        for (count, found) in counts.iter_mut().zip(found) {
+        let found = std::panic::catch_unwind(|| compare(1000, seed, draws[kind]))
+            .unwrap_or_else(|_| panic!("seed {seed}"));
+        for (count, found) in counts[kind].iter_mut().zip(found) {
             *count += found;
         }
         if seed % 100 == 99 {
@@ -311,7 +319,8 @@ fn many_lanes_agree_with_single_motions() {
         }
     }
     // All together: a few of a thousand more or fewer are handed over by chance.
-    usual(counts);
+    usual(counts[0]);
+    usual(counts[1]);
 }
 
 /// A slip so short that its end is reached by a long step from the sample before it: the position has all its digits.

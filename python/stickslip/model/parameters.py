@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
-from stickslip.model.system import Oscillator, System, paths_of, system_from_dict
+from stickslip.model.system import Oscillator, System, paths_of, system_from_dict, usual_name
 
 #: Names of a start: position and velocity, for a system of masses with the number of the mass, ``x0.1``.
 STARTS = ("x0", "v0")
@@ -56,8 +56,7 @@ def path_in(name: str, document: Mapping[str, Any], where: str, *, starts: bool 
         raise InputError(f"{where}: a parameter is named by a word such as 'drive_velocity', got {name!r}")
     if starts and name.split(".")[0] in STARTS:
         return name
-    if name.startswith("forcing.") and not name.split(".")[1].isdigit():
-        name = name.replace("forcing.", "forcing.0.", 1)
+    name = usual_name(name)
     driven = _driven(document)
     if name == "drive_velocity" and driven is not None:
         speeds = [document["contacts"][i]["drive_velocity"] for i in driven]

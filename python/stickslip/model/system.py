@@ -51,6 +51,7 @@ class Described(Document):
         >>> paper.oscillator(0.3).with_number("damping", 0.1) == replace(paper.oscillator(0.3), damping=0.1)
         True
         """
+        name = usual_name(name)
         try:
             core = self.core.with_number("/" + name.replace(".", "/"), value)
         except ValueError as error:
@@ -65,6 +66,12 @@ class Described(Document):
     def driven(self) -> list[int] | None:
         """Of a system of masses the contacts on a drive, by their numbers."""
         return None
+
+
+def usual_name(name: str) -> str:
+    """The name of a number with the place of the force, where it names none: the first."""
+    first, _, rest = name.partition(".")
+    return f"forcing.0.{rest}" if first == "forcing" and rest and not rest.split(".")[0].isdigit() else name
 
 
 def paths_of(name: str, driven: Sequence[int] | None) -> list[str]:
@@ -275,13 +282,24 @@ class Spring(Document):
 
     @classmethod
     def stop(cls, gap: float, stiffness: float, mass: int = 0) -> Self:
-        """An elastic stop beyond a gap > 0, or below one < 0."""
-        ends = sorted([(gap + math.copysign(1.0, gap), math.copysign(stiffness, gap)), (gap, 0.0), (0.0, 0.0)])
-        return cls(tuple(ends), mass=mass)
+        """An elastic stop beyond a gap ≥ 0, or below one < 0 (-0.0 too)."""
+        side = math.copysign(1.0, gap)
+        ends = [(gap + side, side * stiffness), (gap, 0.0), (0.0 if gap else -side, 0.0)]
+        return cls(tuple(sorted(ends)), mass=mass)
 
     @classmethod
     def backlash(cls, gap: float, stiffness: float, mass: int = 0, other: int | None = None) -> Self:
-        """A spring with play: no force for |ξ| ≤ gap."""
+        """A spring with play: no force for |ξ| ≤ gap.
+
+        Raises
+        ------
+        InputError
+            for a gap < 0.
+        """
+        if gap < 0:
+            raise InputError(f"Spring.backlash: expected a gap of at least 0, got {gap:g}")
+        if gap == 0:
+            return cls(((-1.0, -stiffness), (1.0, stiffness)), mass=mass, other=other)
         return cls(((-gap - 1, -stiffness), (-gap, 0.0), (gap, 0.0), (gap + 1, stiffness)), mass=mass, other=other)
 
 

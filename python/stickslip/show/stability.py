@@ -44,9 +44,14 @@ def multipliers_plot(
     Raises
     ------
     InputError
-        where there are not as many values as cycles.
+        where there are not as many values as cycles, or what is given is no periodic orbit.
     """
     several = list(cycles) if isinstance(cycles, Sequence) else [cycles]
+    for cycle in several:
+        if not hasattr(cycle, "multipliers"):
+            raise InputError(
+                f"multipliers_plot: expected periodic orbits, such as branch.orbit(i), got {type(cycle).__name__}"
+            )
     if values is not None and len(values) != len(several):
         raise InputError(
             f"multipliers_plot: values must be as many as cycles, got {len(values)} for {len(several)}; give one for each"

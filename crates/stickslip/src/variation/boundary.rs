@@ -164,6 +164,16 @@ impl Course<'_> {
                 self.both_ends(end, c, tau, &settled(expansion.u(c)), rising, tests);
             }
             Ending::Section if sticks => push(Boundary::Low, expansion.u(c), 0.0),
+            // A section at the least slip speed: no extremum inside the phase tells how near it comes to the end of its line.
+            Ending::Section
+                if expansion
+                    .slip_acceleration(c)
+                    .rates
+                    .last()
+                    .is_some_and(|&jerk| jerk > 0.0) =>
+            {
+                self.both_ends(end, c, tau, &settled(expansion.u(c)), true, tests);
+            }
             Ending::Line(End::Low) if end.start.numbers[self.layout.contact(c) + LOW].value <= 0.0 => {
                 let [force, rate] = self.if_stuck(self.there(end), &phase.contact_states, c);
                 let detail = rate.value * force.value.signum();
@@ -202,7 +212,7 @@ impl Course<'_> {
             push(Boundary::High, high.clone() - u, high);
         } else {
             push(Boundary::High, high.clone() - u, high);
-            if low.value > 0.0 {
+            if low.value > 0.0 || u.value < low.value {
                 push(Boundary::Low, u.clone() - low, low);
             }
         }

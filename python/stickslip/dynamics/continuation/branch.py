@@ -73,8 +73,8 @@ class Branch(ByContent, InNotebook):
     Attributes
     ----------
     kind : ``"steady_slip"`` or ``"cycle"``.
-    values : the parameter along the curve, shape (n,).
-    stable : shape (n,), None where the motion is marginal.
+    values : the parameter along the curve, a list of n numbers, as are the others but `multipliers`.
+    stable : of n; None where the motion is marginal.
     period, multiplier : NaN on steady slip; the multiplier is the largest that is not the 1 of an autonomous cycle, for
         steady slip the growth rate of small disturbances.
     x_min, x_max : range of the position.

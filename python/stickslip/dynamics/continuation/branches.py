@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,13 +20,14 @@ from stickslip.dynamics.continuation.branch import (
     both_ways_of,
     first_of,
     range_of,
+    same_motion,
 )
 from stickslip.dynamics.continuation.coexistence import other_motions
 from stickslip.dynamics.continuation.cycle_at_hopf_point import born
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.closed_orbit import Cycle
-from stickslip.dynamics.periodic.cycles import event_cycle, periodic_orbit, unchecked
+from stickslip.dynamics.periodic.cycles import PeriodicOrbit, event_cycle, periodic_orbit, unchecked
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
 from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
@@ -242,15 +243,31 @@ def _warn_of_cuts(branches: list[Branch], late: int) -> None:
             warnings.warn(sentence, UnfinishedWarning, stacklevel=3)
 
 
-def lies_on(branch: Branch, cycle: Cycle, value: float) -> bool:
-    """Whether a cycle is one that the branch has already."""
+def lies_on(branch: Branch, cycle: Cycle, value: float, family: Family | None = None) -> bool:
+    """Whether a cycle is one that the branch has already; with a family, the branch is closed anew at that value."""
     if branch.kind != "cycle":
         return False
     values = np.asarray(branch.values)
     near = np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0)
     low, high = range_of(cycle)
     size = max(high - low, 1e-300)
-    return any(abs(branch.x_max[i] - high) < 0.1 * size and abs(branch.x_min[i] - low) < 0.1 * size for i in near)
+    if any(abs(branch.x_max[i] - high) < 0.1 * size and abs(branch.x_min[i] - low) < 0.1 * size for i in near):
+        return True
+    return family is not None and any(
+        same_motion(cycle, there) for i in near for there in _closed_at(branch, int(i), value, family)
+    )
+
+
+def _closed_at(branch: Branch, index: int, value: float, family: Family) -> list[Cycle]:
+    """The orbit of a branch at a value between two of its points, none where it does not close there."""
+    cycle = branch.orbit(index)
+    if not isinstance(cycle, PeriodicOrbit):
+        return []
+    sequence = cycle.closed.sequence
+    try:
+        return [unchecked(corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence)).here)]
+    except Lost:
+        return []
 
 
 def _steady(system: Oscillator | System, path: str, family: Family) -> Branch:
@@ -272,12 +289,25 @@ def _steady(system: Oscillator | System, path: str, family: Family) -> Branch:
     return branch
 
 
-def both_ways(start: Point, family: Family, most: int, progress: Any = None, limit: TimeLimit = NO_LIMIT) -> Branch:
-    """The branch of a cycle, from where the parameter falls to where it grows; a closed one from its start."""
+def both_ways(
+    start: Point,
+    family: Family,
+    most: int,
+    progress: Any = None,
+    limit: TimeLimit = NO_LIMIT,
+    known: Sequence[Branch] = (),
+) -> Branch:
+    """The branch of a cycle, from where the parameter falls to where it grows; a closed one from its start.
+
+    It ends where it meets one that is known.
+    """
+
+    def met(cycle: Cycle, value: float) -> bool:
+        return any(lies_on(branch, cycle, value, family) for branch in known)
 
     def go(sign: float) -> Branch:
         way = start.direction * math.copysign(1.0, start.direction[_PARAMETER]) * sign
-        return Walk(family, most, progress, limit).go(replace(start, direction=way))
+        return Walk(family, most, progress, limit, met).go(replace(start, direction=way))
 
     return both_ways_of(go)
 
@@ -295,7 +325,7 @@ def born_branch(
     start = born(system, value, family)
     if start is None or any(lies_on(branch, unchecked(start.here), float(start.values[0])) for branch in known):
         return None
-    branch = both_ways(start, family, most, progress, limit)
+    branch = both_ways(start, family, most, progress, limit, known)
     # Of a known branch only its smallest cycles may be larger than the start.
     middle = len(branch.values) // 2
     if any(lies_on(other, branch.orbit(middle), branch.values[middle]) for other in known):

@@ -30,6 +30,8 @@ _PARAMETER = -1
 _STICK = BOUNDARIES.index("stick")
 #: The share of a period below which a slip between two sticks is about to vanish.
 _SHORT = 0.02
+#: An orbit of less than this share of the period of one beside it is a point that Newton's method fell into.
+_POINT = 1e-3
 #: Two boundaries are the same where neither the parameter, relative to its range, nor the period differs by more.
 _SAME = 1e-6
 
@@ -54,6 +56,7 @@ def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> t
     def consider(boundary: Point, label: Label) -> None:
         distance = abs(boundary.values[0] - point.values[0]) / span
         inside = low <= boundary.values[0] <= high and (boundary.here.durations > -1e-8).all()
+        inside = inside and boundary.here.period > _POINT * point.here.period
         if inside and distance < 4 * step and min(worst(boundary.here).values(), default=0.0) > -1e-8:
             found.append((distance, boundary, label))
 

@@ -16,10 +16,13 @@ from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_o
 from stickslip.dynamics.continuation.conditions import TESTS, root
 from stickslip.dynamics.continuation.halving import halving
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
-from stickslip.dynamics.periodic.cycles import finished, unchecked
-from stickslip.dynamics.periodic.poincare_map import Lost, size_of
+from stickslip.dynamics.periodic.closed_orbit import Cycle
+from stickslip.dynamics.periodic.cycles import finished, one_period, unchecked
+from stickslip.dynamics.periodic.event_sequence import Floats
+from stickslip.dynamics.periodic.poincare_map import Lost, Return, size_of
 from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
+from stickslip.model.system import Oscillator
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
@@ -46,12 +49,14 @@ class Walk:
     most : the most points.
     progress : called as ``progress(points, most)``.
     limit : the time after which no further point is looked for.
+    known : whether a cycle at a value of the parameter is on a branch that was found before, so that this one ends there.
     """
 
     family: Family
     most: int
     progress: Callable[[int, int], Any] | None = None
     limit: TimeLimit = NO_LIMIT
+    known: Callable[[Cycle, float], bool] = lambda _cycle, _value: False
     branch: Branch = field(default_factory=lambda: Branch("cycle"))
 
     def __post_init__(self) -> None:
@@ -81,7 +86,7 @@ class Walk:
             except Lost:
                 ahead = None
             if ahead is None or not consistent(ahead.here):
-                if self._size() < 0.1 * largest and self._shrunk(point):
+                if self._size() < 0.1 * self._usual(point, largest) and self._shrunk(point):
                     return "point"
                 if self._unstuck(point):
                     return "vanishing_stick"
@@ -92,7 +97,7 @@ class Walk:
                     continue
                 if boundary is not None:
                     past = self._cross(point, *boundary)
-                    if past is None:
+                    if past is None or self.known(unchecked(past.here), float(past.values[0])):
                         return self.branch.special_points[-1].kind
                     try:
                         self._add(past)
@@ -104,6 +109,13 @@ class Walk:
                 if step < _SMALLEST or self.branch.multiplier[-1] > _REPELS:
                     return "lost"
                 continue
+            if self._through_a_point(point, ahead):
+                if self._size() > _POINT * self._usual(point, largest) and step > 20 * _SMALLEST:
+                    # Closer first, so that the branch reaches to its end.
+                    step /= 4
+                    continue
+                self._shrunk(point)
+                return "point"
             known = (point.direction != 0) | (ahead.direction != 0)
             if float(point.direction[known] @ ahead.direction[known]) < 0.9 and step > 20 * _SMALLEST:
                 step /= 2
@@ -126,7 +138,7 @@ class Walk:
                 self.branch.closed = True
                 return "closed"
             if self._between(point, ahead, step):
-                if self._size() > _POINT * largest and step > 20 * _SMALLEST:
+                if self._size() > _POINT * self._usual(point, largest) and step > 20 * _SMALLEST:
                     # Closer first, so that the branch reaches to its end.
                     step /= 4
                     continue
@@ -144,7 +156,7 @@ class Walk:
                     return "lost"
                 continue
             point = ahead
-            if point.here.forcing_periods == 0 and self._size() < _POINT * largest:
+            if point.here.forcing_periods == 0 and self._size() < _POINT * self._usual(point, largest):
                 self._shrunk(point)
                 return "point"
             largest = max(largest, self._size())
@@ -176,6 +188,32 @@ class Walk:
 
     def _add(self, point: Point) -> None:
         self.branch.add(finished(point.here, 0), float(point.values[0]))
+
+    @staticmethod
+    def _usual(point: Point, largest: float) -> float:
+        """What a cycle that is about to be a point is small beside: the largest of the branch, and the way of the drive.
+
+        A cycle that sticks or nearly does is as fast as the drive, however slow that is.
+        """
+        if point.here.forcing_periods:
+            return largest
+        system = point.here.sequence.system
+        contacts = [system] if isinstance(system, Oscillator) else system.contacts
+        drive = max(abs(float(contact.drive_velocity)) for contact in contacts)
+        return min(largest, drive * point.here.period / math.pi) if drive > 0 else largest
+
+    @staticmethod
+    def _through_a_point(point: Point, ahead: Point) -> bool:
+        """Whether the cycle shrinks to a point and grows again between two points: there it starts half a period later."""
+        if point.here.forcing_periods or any(switching_boundaries.signature(one.here) for one in (point, ahead)):
+            return False
+
+        def turn(here: Return) -> Floats:
+            orbit = one_period(here, here.period)
+            (_, first), (_, half) = orbit.at(0.0), orbit.at(here.period / 2)
+            return np.atleast_1d(first - half)
+
+        return float(turn(point.here) @ turn(ahead.here)) < 0
 
     def _size(self) -> float:
         return self.branch.x_max[-1] - self.branch.x_min[-1]
