@@ -59,3 +59,13 @@ def test_too_few_peaks_are_named_and_make_no_table() -> None:
 
 def test_a_drive_that_does_not_rest_is_told_nothing_of_rests() -> None:
     assert "rests" not in " ".join(measure(record(RESTS[:0]), RIG).attrs["notes"])
+
+
+def test_a_drive_that_slows_down_and_starts_over_a_second_rests_too() -> None:
+    data = record(RESTS[1:])
+    speed = np.gradient(data["x"], STEP)
+    ramp = np.ones(10) / 10  # of one second
+    data["x"] = np.cumsum(np.convolve(speed, ramp, mode="same")) * STEP
+    tree = measure(data, RIG)
+    assert "5 rests of the drive" in " ".join(tree.attrs["notes"])
+    np.testing.assert_allclose(tree["break_away"]["stick_time"], RESTS[1:], atol=1.2)

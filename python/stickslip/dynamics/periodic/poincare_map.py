@@ -48,7 +48,10 @@ def forcing_period(system: Oscillator | System) -> float | None:
         periods = np.array(frequencies) / slowest * count
         if np.abs(periods - np.round(periods)).max() < 1e-9:
             return 2 * math.pi / slowest * count
-    raise InputError(f"periodic_orbit: the forcing has no common period, its frequencies are {frequencies}")
+    raise InputError(
+        f"the forcing has no common period of at most 100 of its slowest, its frequencies are {frequencies}; expected ratios "
+        "of whole numbers"
+    )
 
 
 class Lost(Exception):

@@ -176,12 +176,14 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
 
 
 def _tolerance(time: Array, x: Array, least_speed: float) -> float:
-    """The smallest at which holds cover the path and each is of another speed than the next."""
+    """The smallest at which holds cover the path and each is of another speed than the next, or a rest is between them."""
     noise, path = noise_level(x), float(np.ptp(x))
     trial = max(12 * noise, 1e-6 * path)
     while trial * LEAST_PATH < path:
         holds, covered = _holds(time, x, trial, least_speed)
-        if covered >= COVERED and all(_ratio(a.speed, b.speed) >= SAME_SPEED for a, b in pairwise(holds)):
+        if covered >= COVERED and all(
+            _ratio(a.speed, b.speed) >= SAME_SPEED or _rest_between(time, x, a, b) for a, b in pairwise(holds)
+        ):
             return trial
         trial *= LADDER
     return max(12 * noise, 1e-3 * path)
@@ -219,6 +221,13 @@ def _holds(time: Array, x: Array, tolerance: float, least_speed: float) -> tuple
     return [part for part, _ in holds], sum(path for _, path in holds) / max(sum(path for _, path in moving), 1e-300)
 
 
+def _rest_between(time: Array, x: Array, old: _Hold, new: _Hold) -> bool:
+    """Whether the drive rests from one hold to the next: in the middle half, as it slows down before and starts after it."""
+    quarter = (new.first - old.last) // 4
+    begin, end = old.last + quarter, new.first - quarter
+    return abs(float(x[end] - x[begin])) < AT_REST * old.speed * float(time[end] - time[begin])
+
+
 def _ratio(a: float, b: float) -> float:
     return max(a / b, b / a)
 
@@ -249,10 +258,9 @@ def _rests(
     found: list[list[float]] = []
     for old, new, before, after in zip(holds, holds[1:], rows, rows[1:], strict=False):
         lasted = float(time[new.first] - time[old.last])
-        moved = abs(float(x[new.first] - x[old.last]))
         loads = before["normal_force"], after["normal_force"]
         unlike = math.isfinite(loads[0]) and abs(loads[1] - loads[0]) > SAME_LOAD * sum(loads) / 2
-        if _ratio(old.speed, new.speed) >= SAME_SPEED or unlike or not 0 <= moved < AT_REST * old.speed * lasted:
+        if _ratio(old.speed, new.speed) >= SAME_SPEED or unlike or not _rest_between(time, x, old, new):
             continue
         calm = median_filter(friction[new.first : new.last], 5, mode="nearest")
         later = calm[: max(len(calm) // 2, 3)]
