@@ -13,7 +13,9 @@ import xarray as xr
 import stickslip as ss
 from stickslip.cli import identify as command
 from stickslip.cli.main import main
+from stickslip.errors import InputError
 from stickslip.identification import friction_of_orbit, records
+from stickslip.identification.law_fit import Options
 from stickslip.measurement import measure
 
 ROWS = np.linspace(1.0, 9.0, 9)
@@ -214,3 +216,19 @@ def test_the_parts_of_a_combined_law_are_named(tmp_path, capsys):
     assert "unknown law 'DwelTime' (did you mean 'DwellTime'?)" in capsys.readouterr().err
     assert main(["identify", *files, "--law", "Combined:DwellTime:Coulomb:Coulomb"]) == 2
     assert "expected a static and a kinetic part after Combined, got 3 parts" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"free": "kinetic"}, r"expected free as a list of names such as \['scale'\], got 'kinetic'"),
+        ({"fixed": ["kinetic"]}, r"expected fixed as a dictionary by the names of numbers, got \['kinetic'\]"),
+        ({"fixed": {"kinetic": "a"}}, r"expected fixed\['kinetic'\] as a number, got 'a'"),
+        ({"bounds": {"kinetic": 1}}, r"expected bounds\['kinetic'\] as a pair \(low, high\) of numbers"),
+        ({"bounds": {"kinetic": (None, 1)}}, r"expected bounds\['kinetic'\] as a pair \(low, high\) of numbers"),
+        ({"ties": "kinetic"}, "expected ties as a dictionary by the names of numbers, got 'kinetic'"),
+    ],
+)
+def test_options_of_another_kind_are_refused(given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Options(**{"fixed": {}, "bounds": {}} | given)

@@ -126,3 +126,9 @@ def test_a_run_whose_drawn_laws_do_not_stick_is_predicted_without_an_interval():
         "run: 6 sticks in 2 of steady motion by the law itself; none of the laws drawn from its uncertainty sticks there, so "
         "there is no interval."
     ]
+
+
+def test_what_was_said_of_a_record_is_said_of_its_curve_too():
+    tree = record(lambda w: 0.6 - 0.1 * w, lambda _rest: 1.0, 0.3, seed=4, samples=1500)
+    tree.attrs["notes"] = ["12 readings equal the largest value, 5: saturated?"]
+    assert fit_steady(tree).notes[-1] == "record 1: 12 readings equal the largest value, 5: saturated?"

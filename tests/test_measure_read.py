@@ -106,7 +106,10 @@ def test_time_from_the_sampling_rate() -> None:
         (columns(x=np.full(200, np.nan)), "row 0, column 'x' is NaN (200 such in all)"),
         (columns(t=T[:-1]), "column 't' has 199 rows and 'x' has 200"),
         ({"t": T, "y": X}, "there is no column 'x'; the columns are t, y"),
-        ({"x": X}, "there is no column 't'; the columns are x"),
+        (
+            {"x": X},
+            "there is no time column 't'; name the one of the file by time_column, or give a sampling_rate",
+        ),
         ({"t": T[:20], "x": X[:20]}, "20 samples are too short a record"),
         (3.0, "a path, a Dataset, a DataFrame or a dict of arrays was expected, got float"),
     ],

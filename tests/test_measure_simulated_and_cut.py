@@ -178,3 +178,15 @@ def test_an_instrument_without_a_spring_has_none_that_is_slack():
     column = {"column": "F", "unit": "N", "zero": 0.0}
     zeroed = {**BENCH, "stuck_speed": 1e-4, "columns": {**BENCH["columns"], "force": column}}
     assert "taken as no force" not in "\n".join(identify(measure(one_way, zeroed), law="Coulomb").notes)
+
+
+@pytest.mark.parametrize("top", [0.7, 0.9])
+def test_a_force_that_rises_slowly_in_much_noise_is_seen_to_be_clipped(top):
+    """The rise of eight samples is below the noise: longer stretches show it."""
+    rng = np.random.default_rng(5)
+    saw = np.arange(20_000) % 450 / 450.0
+    noisy = saw + 0.004 * rng.standard_normal(saw.size)
+    assert not clipped(noisy, noise_level(noisy)).any()
+    cut = np.minimum(noisy, top)
+    found = clipped(cut, noise_level(cut))
+    assert (found == (cut == top)).all()

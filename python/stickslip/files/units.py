@@ -295,19 +295,33 @@ def rounded(value: float, error: float) -> str:
     return f"{value:.{digits}f} ± {error:.{digits}f}"
 
 
+LARGE = 1e9
+"""Numbers from here on are written by their power."""
+
+
 def to_error(values: Sequence[float], error: float) -> list[str]:
     """Values in the digits that one error allows: two of its digits, five of each value where the error is not known.
+
+    Ten digits at most, and numbers of another size by their power.
 
     >>> to_error([5.99883, 5.99578, 0.0015245], 0.0015245), to_error([2.0192e-05], 1.3132e-7)
     (['5.9988', '5.9958', '0.0015'], ['2.019e-05'])
     >>> to_error([0.035643, math.inf], math.inf)
     ['0.035643', 'inf']
+    >>> to_error([10.0, 7.24e51, 1.3e-24], 1.3e-24)
+    ['10.00000000', '7.2e+51', '1.3e-24']
     """
     if not (math.isfinite(error) and error > 0):
         return [f"{value:.5g}" for value in values]
     last = math.floor(math.log10(error)) - 1  # power of ten of the last digit
-    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
-    if largest >= 1e-4 and last >= -12:
-        return [f"{value:.{max(0, -last)}f}" for value in values]
+    sizes = [abs(value) for value in values if math.isfinite(value)]
+    largest = max((size for size in sizes if size < LARGE), default=0.0)
+    if largest >= 1e-4:
+        last = max(last, math.floor(math.log10(largest)) - 9)
+        plain = f".{max(0, -last)}f"
+        return [
+            f"{value:{plain}}" if value == 0 or 0.1 * 10.0**last <= abs(value) < LARGE else f"{value:.1e}"
+            for value in values
+        ]
     powers = [math.floor(math.log10(abs(value))) if value and math.isfinite(value) else last for value in values]
     return [f"{value:.{max(0, power - last)}e}" for value, power in zip(values, powers, strict=True)]

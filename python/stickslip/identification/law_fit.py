@@ -57,6 +57,25 @@ class Options:
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     ties: Mapping[str, str] | None = None
 
+    def __post_init__(self) -> None:
+        def refuse(name: str, expected: str, got: Any) -> None:
+            raise InputError(f"identify: expected {name} as {expected}, got {got!r}")
+
+        if isinstance(self.free, str) or any(not isinstance(name, str) for name in self.free or ()):
+            refuse("free", "a list of names such as ['scale']", self.free)
+        for name, given in (("fixed", self.fixed), ("bounds", self.bounds), ("ties", self.ties or {})):
+            if not isinstance(given, Mapping):
+                refuse(name, "a dictionary by the names of numbers", given)
+        for name, number in self.fixed.items():
+            if isinstance(number, bool) or not isinstance(number, int | float | np.number):
+                refuse(f"fixed[{name!r}]", "a number", number)
+        for name, pair in self.bounds.items():
+            ends = pair if isinstance(pair, Sequence) and not isinstance(pair, str) else ()
+            if len(ends) != 2 or any(
+                isinstance(end, bool) or not isinstance(end, int | float | np.number) for end in ends
+            ):
+                refuse(f"bounds[{name!r}]", "a pair (low, high) of numbers, which may be infinite", pair)
+
     def command(self, records: Sequence[FrictionRecord], law: str | type[Law] | Law) -> str:
         """What to type to do it again."""
         files = [
@@ -427,6 +446,8 @@ def _chosen_form(law: Law, guess: Guess, unlikeliness: list[float]) -> list[str]
         return []
     said = ", ".join(f"{name} = {number:g}" for name, number in _choices(law).items())
     form = f"the form of {type(law).__name__} with {said}"
+    if len(unlikeliness) < 2:
+        return [f"Of several forms {form} was taken; the others cannot be fitted to these records."]
     if unlikeliness[1] - unlikeliness[0] < DECISIVE:
         return [f"Of several forms {form} was taken, but these records hardly tell which it is."]
     return [f"Of several forms {form} lies closest to the records; it was taken."]

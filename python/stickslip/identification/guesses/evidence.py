@@ -172,6 +172,7 @@ def refuse_unreadable(record: FrictionRecord) -> None:
         raise InputError(
             f"{record.name}: friction does work on the slip (it is {work / path:.3g} in its sense on average), as no "
             "friction does: check the signs of displacement and drive velocity, and the rest position of the rig"
+            f"{_unseen([record])}"
         )
     noise = record.constants.get("noise", 0.0) * record.constants.get("stiffness", 0.0)
     drop = record.break_away["drop"].dropna().to_numpy()

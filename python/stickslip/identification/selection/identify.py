@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -220,12 +221,12 @@ def identify(
         return fit_steady(friction, _name(law)) if path == "curve" else fit(friction)
     records = read_records(friction)
     options = Options(
-        None if free is None else list(free),
-        dict(fixed or {}),
+        free if free is None or isinstance(free, str) else list(free),
+        fixed or {},
         pieces,
         offset,
-        dict(bounds or {}),
-        None if ties is None else dict(ties),
+        bounds or {},
+        ties,
     )
     return _by_default(records, options) if law is None else _of_kind(records, law, options)
 
@@ -258,16 +259,20 @@ def _with_a_curve(
     if off < CURVED * _distance(constant, free=True):
         return None
     line, curve = CURVES[type(constant.law)]
-    pieces = options.pieces or 1
-    for kind, tried in ((line, replace(options, pieces=pieces)), (curve, options)):
+    nearest, near = None, math.inf
+    for kind, tried in ((line, replace(options, pieces=options.pieces or 1)), (curve, options)):
         try:
             found = _of_kind(records, kind, tried, break_aways)
         except InputError:
             continue
-        near = _distance(found)
-        if off > CURVED * near and (kind is curve or near < CURVED * _distance(found, free=True)):
-            return found
-    return None
+        scale = found.parameters.filter(regex=r"scale$", axis=0)  # a fall over no known speed is no curve
+        if (scale["error"] > scale["value"]).any():
+            continue
+        if near > CURVED * (away := _distance(found)):
+            nearest, near = found, away
+        if near < CURVED * _distance(found, free=True):
+            break
+    return nearest if off > CURVED * near else None
 
 
 def _distance(found: Identification, free: bool = False) -> float:

@@ -409,13 +409,14 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     ('Coulomb + viscous, offset', {'kinetic': 0.4, 'viscous': 0.2, 'offset': -0.17})
     """
     items = list(friction) if isinstance(friction, list | tuple) else [friction]
-    parts, names, units, left, notes = [], [], [], [], []
+    parts, names, units, left, notes, measured_so = [], [], [], [], [], []
     for number, item in enumerate(items, start=1):
         name = str(item) if isinstance(item, str | Path) else f"record {number}"
         tree = opened(Path(item)) if isinstance(item, str | Path) else item
         rows, stated, missing, said = rows_of(tree, name)
         left.append(missing)
         notes += said
+        measured_so += [f"{name}: {note}" for note in np.atleast_1d(tree.attrs.get("notes", [])) if str(note)]
         if steps := tree["step"].sizes["step"] if "step" in tree.children else 0:
             notes.append(
                 f"{name} holds {steps} step{'s' * (steps != 1)} of the drive velocity, of which only the levels between them "
@@ -464,7 +465,13 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         )
     fits[chosen], missed, valid = widened(rows, fits[chosen])
     hidden = _hidden(rows, fits[chosen], shapes, each_way)
-    notes = [*missed, *disagreement(rows, fits[chosen]), *notes, *choice(rows, fits, chosen, undecided, hidden)]
+    notes = [
+        *missed,
+        *disagreement(rows, fits[chosen]),
+        *notes,
+        *choice(rows, fits, chosen, undecided, hidden),
+        *measured_so,
+    ]
     error = measured.error if measured.stated else np.full(len(rows), math.nan)
     data = {"slip_velocity": rows.w, "force": rows.force, "force_error": error, "source": rows.source}
     data["motion_force"] = fits[chosen].of_motion(rows)

@@ -134,8 +134,8 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     """Samples at the end of an instrument's range, where it would have read on.
 
     The readings at the largest (or the smallest) value are taken for clipped where they pile up there (:func:`piled`), and
-    where the line through the eight samples before a run of at least three of them goes on,
-    in most runs, by more than five sigmas. So are those of an amplifier that saturates ahead of the converter, whose flats
+    where the line through the samples before a run of at least three of them goes on, for the most of them, by more than five
+    sigmas. So are those of an amplifier that saturates ahead of the converter, whose flats
     have the noise of the rest: the readings of the highest band of noise, where they are as many, scatter in runs of at
     least twelve by no more than noise about one level, and come of such lines.
 
@@ -170,10 +170,17 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
         runs = [(a, b) for a, b in stretches(at_end) if a >= 8 and b - a >= least]
         if least == FLAT and not (runs and _flat([upward[a:b] for a, b in runs], end, noise)):
             continue
-        middle = [np.polyval(np.polyfit(np.arange(-8, 0), upward[a - 8 : a], 1), min(b - a, 10) / 2) for a, b in runs]
-        if len(runs) >= 2 and np.mean(np.array(middle) > end + 5 * noise) > 0.5:
+        onwards = [_onwards(upward, a, b) > end + 5 * noise for a, b in runs]
+        if len(runs) >= 2 and np.average(onwards, weights=[b - a for a, b in runs]) > 0.5:
             found |= at_end
     return found
+
+
+def _onwards(upward: Array, first: int, last: int) -> float:
+    """Where the line through as many samples before a run, 8 to 100, is half as far on."""
+    count = min(max(last - first, 8), 100, first)
+    line = np.polyfit(np.arange(-count, 0), upward[first - count : first], 1)
+    return float(np.polyval(line, min(last - first, max(count, 10)) / 2))
 
 
 def _flat(runs: list[Array], level: float, noise: float) -> bool:
