@@ -5,6 +5,7 @@ import functools
 import numpy as np
 import pytest
 import xarray as xr
+from spring_and_block import motion as block
 
 import stickslip as ss
 from stickslip.errors import InputError
@@ -190,3 +191,16 @@ def test_a_force_that_rises_slowly_in_much_noise_is_seen_to_be_clipped(top):
     cut = np.minimum(noisy, top)
     found = clipped(cut, noise_level(cut))
     assert (found == (cut == top)).all()
+
+
+@pytest.mark.parametrize("samples", [18, 20, 23])
+def test_break_aways_of_few_samples_a_period_are_off_together(samples):
+    step, drive = 2 * np.pi / samples, 0.1
+    x, *_ = block(lambda _w: 0.6, lambda _rest: 1.0, drive, step=step, samples=800, damping=DAMPING, inner=200)
+    x = x + 0.002 * np.random.default_rng(samples).standard_normal(x.size)
+    tree = measure({"t": np.arange(x.size) * step, "x": x}, rig(drive))
+    assert tree.attrs["break_away_late"] >= 2.5 * step
+    assert any(f"{samples} samples in a period of the free mass" in note for note in tree.attrs["notes"])
+    found = identify(tree, law="StaticKinetic").parameters.loc["break_away"]
+    assert found["low"] < 1.0 < found["high"]
+    assert found["error"] > 2 * drive * step

@@ -49,7 +49,7 @@ from stickslip.measurement.signals.noise import clipped, impulses, noise_level, 
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
 from stickslip.measurement.signals.slip_evidence import SlipModel
 from stickslip.measurement.signals.spectra import Line
-from stickslip.measurement.stick_limits import refine_sticks
+from stickslip.measurement.stick_limits import BLUR, refine_sticks
 from stickslip.measurement.sticks import (
     Presmoothed,
     Stick,
@@ -302,8 +302,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         friction = shaken.returned(friction, sticks)
         notes.append(said_of(shaken, o, "" if rig.unit == "1" else " m"))
     notes += why
-    if sticks and rigid:
-        notes += few_samples(record, o)
+    few = few_samples(record, o) if sticks and rigid else []
+    notes += few
     if sticks and not rigid:
         notes += smaller
         notes.append(
@@ -325,6 +325,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         friction = _with_common(friction, o.stiffness * drift.size / 2)
         notes.append(said_of_drift(drift, o.stiffness, "" if rig.unit == "1" else " N"))
     notes += filtered(friction)
+    if few:  # so few samples place all break-aways alike
+        friction = replace(friction, late=math.hypot(friction.late, BLUR * record.step))
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
     if word == "unknown":
