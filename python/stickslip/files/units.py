@@ -201,13 +201,25 @@ def unit_in_name(name: str) -> str | None:
 
 
 def contradicts(unit: str, other: str | None) -> bool:
-    """Whether two units of one kind have different sizes, as mm and m have.
+    """Whether two units have different sizes, as mm and m have, or are of different kinds, as rpm and m/s are.
 
-    >>> contradicts("mm", "m"), contradicts("mm", "V"), contradicts("mm", None)
-    (True, False, False)
+    >>> contradicts("mm", "m"), contradicts("rpm", "m/s"), contradicts("mm", "V"), contradicts("mm", None)
+    (True, True, False, False)
     """
-    unit, other = SPELLINGS.get(unit, unit), SPELLINGS.get(other or "", other)
-    return any(unit in sizes and other in sizes and sizes[unit] != sizes[other] for sizes in UNITS.values())
+    unit, other = SPELLINGS.get(unit, unit), SPELLINGS.get(other or "", other or "")
+    both = [sizes for sizes in UNITS.values() if unit in sizes and other in sizes]
+    return of_other_kinds(unit, other) or any(sizes[unit] != sizes[other] for sizes in both)
+
+
+def of_other_kinds(unit: str, other: str) -> bool:
+    """Whether two known units measure different things.
+
+    >>> of_other_kinds("rpm", "m/s"), of_other_kinds("mm", "m"), of_other_kinds("mm", "V"), of_other_kinds("1", "N")
+    (True, False, False, False)
+    """
+    unit, other = SPELLINGS.get(unit, unit), SPELLINGS.get(other, other)
+    kinds, others = ([kind for kind, sizes in UNITS.items() if one in sizes] for one in (unit, other))
+    return "1" not in (unit, other) and bool(kinds and others) and not set(kinds) & set(others)
 
 
 def quantity(name: str, value: object, dimensions: Sequence[str], where: str) -> float:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
-from stickslip.files.units import contradicts, unit_in_name
+from stickslip.files.units import contradicts, of_other_kinds, unit_in_name
 
 Array = npt.NDArray[np.float64]
 
@@ -76,9 +76,10 @@ class Table:
     def refuse_unit(self, column: str, unit: str, stated: str | None, write: str) -> None:
         """Refuse a unit of the rig whose size is not that of the one `stated`; `write` is what the rig should say."""
         if contradicts(unit, stated):
-            raise InputError(
-                f"{self.source}: {column!r} is in {stated} and the rig says {unit}; write {write.format(stated)} in the rig"
-            )
+            advice = f"write {write.format(stated)} in the rig"
+            if stated is not None and of_other_kinds(unit, stated):
+                advice = "name another column, correct the unit, or give what a reading is in it as scale"
+            raise InputError(f"{self.source}: {column!r} is in {stated} and the rig says {unit}; {advice}")
 
     def part(self, rows: npt.NDArray[np.bool_]) -> Table:
         """The table that numbers its rows as those of a part of its samples; its columns stay whole."""
