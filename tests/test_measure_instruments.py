@@ -385,3 +385,32 @@ def test_runs_of_a_cylinder_at_unlike_speeds_are_no_repetitions(tmp_path: Path) 
     assert any("over 2 runs repeated at one pressure and one speed" in note for note in ss.measurement.notes(two))
     with pytest.raises(ss.InputError, match="every whole stroke goes out"):
         measure(run(0.01, back=False), rig)
+
+
+def swinging(sign: float, one_way: bool) -> dict[str, np.ndarray]:
+    """Position and motor current of a mass of 5 under friction of 6, whose motor gives 2 a unit of current."""
+    t = np.arange(0, 20, 0.01)
+    x = 0.2 * t - 0.05 * np.cos(2 * t) if one_way else 0.3 * np.sin(1.3 * t)
+    v, a = np.gradient(x, t), np.gradient(np.gradient(x, t), t)
+    noise = 0.02 * np.random.default_rng(3).standard_normal(t.size)
+    return {"t": t, "x": x, "i": sign * ((5 * a + 6 * np.sign(v)) / 2 + noise)}
+
+
+def test_motor_current_of_one_direction_or_of_the_wrong_sign_is_refused() -> None:
+    columns = {"time": "t", "displacement": "x", "current": "i"}
+    rig = {"instrument": "motor_current", "force_per_current": 2.0, "least_speed": 0.01, "columns": columns}
+    good = ss.measure(swinging(1.0, False), rig)
+    assert good.attrs["force"] == pytest.approx(6, abs=0.2)
+    with pytest.raises(
+        ss.InputError, match="100 % of the motion is one way, so friction and inertia cannot be told apart"
+    ):
+        ss.measure(swinging(1.0, True), rig)
+    with pytest.raises(ss.InputError, match="give the column of one of them sign = -1"):
+        ss.measure(swinging(-1.0, False), rig)
+
+
+def test_a_list_of_slips_whose_force_rises_is_refused() -> None:
+    columns = {"time": "t", "force": {"column": "f", "unit": "N"}, "drop": {"column": "d", "unit": "N"}}
+    record = {"t": np.arange(40.0), "f": np.full(40, 5.0), "d": np.full(40, 1.0) - 2.0 * (np.arange(40) == 3)}
+    with pytest.raises(ss.InputError, match="slip 4 has a drop of -1, and 1 of 40 are not above 0"):
+        ss.measure(record, {"instrument": "event_list", "columns": columns})

@@ -221,8 +221,13 @@ def test_a_square_or_cubic_number_along_a_line_does_not_go_with_one_that_turns()
 def test_a_header_of_another_kind_is_refused_unless_a_scale_says_what_a_reading_is():
     time = np.arange(0, 20, 0.01)
     record = {"t": time, "w [rpm]": 50 * np.sin(time), "f": np.sign(np.sin(time))}
-    rig = {"instrument": "direct_force", "columns": {"time": "t", "velocity": {"column": "w", "unit": "m/s"}, "force": "f"}}
-    with pytest.raises(InputError, match=r"is in rpm and the rig says m/s; name another column, correct the unit, or give"):
+    rig = {
+        "instrument": "direct_force",
+        "columns": {"time": "t", "velocity": {"column": "w", "unit": "m/s"}, "force": "f"},
+    }
+    with pytest.raises(
+        InputError, match=r"is in rpm and the rig says m/s; name another column, correct the unit, or give"
+    ):
         measure(record, rig)
     rig["columns"]["velocity"]["scale"] = 0.002
     assert measure(record, rig).attrs["highest_speed"] == pytest.approx(0.1, rel=0.02)

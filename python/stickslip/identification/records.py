@@ -25,6 +25,8 @@ Mask = npt.NDArray[np.bool_]
 ROWS = ("t", "stick_time", "force_rate", "force", "drop")
 """Columns of the table of break-aways; each has one named ``<column>_error`` beside it."""
 FEWEST_SAMPLES = 10
+TEXT = (".csv", ".txt", ".dat", ".tsv", ".mat", ".json")
+"""Endings of records as instruments write them."""
 SENSES = 0.05
 """A sense of slip has at least this share of the samples that slip."""
 
@@ -261,6 +263,10 @@ def opened(path: Path) -> xr.DataTree:
     InputError
         where it is missing, damaged or an orbit.
     """
+    if path.exists() and path.suffix.lower() in TEXT:
+        raise InputError(
+            f"{path}: expected a friction file (.nc), got a record; measure it first: stickslip measure {path} --rig RIG.toml"
+        )
     loaded = read_tree(path, "friction file")
     if loaded.attrs.get("stickslip") == "orbit":
         raise InputError(f"{path}: expected a friction file, got a simulated orbit; measure a record first")

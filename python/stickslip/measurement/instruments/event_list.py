@@ -28,6 +28,11 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             f"{record.source}: an event_list needs a column of drop or of force_after; add it to [columns]"
         )
     drop = record["drop"] if "drop" in record else force - record["force_after"]
+    if (rising := np.flatnonzero(drop <= 0)).size:
+        raise InputError(
+            f"{record.source}: slip {rising[0] + 1} has a drop of {drop[rising[0]]:.4g}, and {rising.size} of {len(drop)} "
+            "are not above 0; expected how far the force falls in each slip: correct the sign, or the column of force_after"
+        )
     wait = np.concatenate([[math.nan], np.diff(time)])
     regained = np.concatenate([[math.nan], force[1:] - (force - drop)[:-1]])
     unknown = np.full(len(time), math.nan)

@@ -17,6 +17,10 @@ Array = npt.NDArray[np.float64]
 
 DELAYS = (-1, 0, 1)
 """Samples by which a log may write the current late or early against the position."""
+ONE_WAY = 0.02
+"""Share of the motion that either direction must have."""
+SURE = 5.0
+"""Standard errors by which an inertia must lie below zero to be none."""
 STRETCHES = 10
 """Consecutive parts of a record, each left out in turn, from which the fitted inertia has its error."""
 
@@ -86,6 +90,11 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     between = float(np.std(per_record, ddof=1)) if len(records) > 1 else 0.0
     best = min(mean.values(), key=lambda m: m["residual"])
     inertia, inertia_error = _inertia(table, best["delay"])
+    if inertia < -SURE * inertia_error and (best["forward_force"] + best["backward_force"]) < 0:
+        raise InputError(
+            f"{records[0].source}: the {units.inertia} comes out at {inertia:.3g} {units.mass} and friction drives the "
+            "motion: current and displacement count in opposite directions; give the column of one of them sign = -1"
+        )
     free = [m for (_, fixed), m in mean.items() if fixed == 0.0]
     notes.append(
         f"friction hangs on a one-sample delay ({1e3 * step:.3g} ms) and on the {units.inertia}: {low:.4g} ... {high:.4g} "
@@ -160,6 +169,12 @@ def _fit(record: Samples, smooth: Smooth, drive: Array, mass: float | None, benc
         raise InputError(
             f"{record.source}: {np.count_nonzero(use)} samples move faster than least_speed and are driven by more than "
             "least_current; lower these or record longer"
+        )
+    forward_share = float(np.mean(smooth.v[use] > 0))
+    if not ONE_WAY < forward_share < 1 - ONE_WAY:
+        raise InputError(
+            f"{record.source}: {100 * max(forward_share, 1 - forward_share):.3g} % of the motion is one way, so friction and "
+            "inertia cannot be told apart; record both directions, or give the inertia and take the instrument direct_force"
         )
     sides = np.stack([smooth.v > 0, smooth.v < 0], axis=1)[use] * np.array([1.0, -1.0])
     a, force = smooth.a[use], drive[use]
