@@ -17,7 +17,9 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.files.disk import input_file
 from stickslip.identification import fit_static_friction, fit_steady, friction_of_orbit, identify
+from stickslip.identification.records import read_records
 from stickslip.identification.selection import prediction
+from stickslip.identification.selection.agreement import compare_motion
 from stickslip.identification.selection.prediction import columns
 
 
@@ -132,3 +134,12 @@ def test_what_was_said_of_a_record_is_said_of_its_curve_too():
     tree = record(lambda w: 0.6 - 0.1 * w, lambda _rest: 1.0, 0.3, seed=4, samples=1500)
     tree.attrs["notes"] = ["12 readings equal the largest value, 5: saturated?"]
     assert fit_steady(tree).notes[-1] == "record 1: 12 readings equal the largest value, 5: saturated?"
+
+
+def test_slips_whose_break_away_is_not_sure_count_in_the_rate():
+    tree = record(kinetic, lambda _rest: 1.0, 0.1, samples=1500)
+    whole = compare_motion(read_records(tree)[0], ss.laws.StaticKinetic(1.0, 0.6)).table
+    tree["break_away"] = xr.DataTree(tree["break_away"].to_dataset(inherit=False).isel(event=slice(None, None, 2)))
+    half = compare_motion(read_records(tree)[0], ss.laws.StaticKinetic(1.0, 0.6)).table
+    assert half.loc["slips per time", "agrees"] == whole.loc["slips per time", "agrees"] != "no"
+    assert half.loc["slips per time", "measured"] == pytest.approx(whole.loc["slips per time", "measured"], rel=0.02)

@@ -203,7 +203,10 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     )
     table = record.break_away
     if len(table) >= 2:
-        rows["slips per time"] = (*_rate(table["t"].to_numpy()), _rate(releases["t"].to_numpy())[0])
+        # Of many slips the table may have the sure ones alone.
+        ends = record.time[1:][record.stuck[:-1] & ~record.stuck[1:]]
+        times = ends if ends.size > len(table) else table["t"].to_numpy()
+        rows["slips per time"] = (*_rate(times), _rate(releases["t"].to_numpy())[0])
         stick = table["stick_time"].dropna().to_numpy()
         if stick.size >= 2:
             rows["mean stick time"] = (*_mean(stick), _mean(releases["stick_time"].to_numpy())[0])
