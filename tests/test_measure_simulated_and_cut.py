@@ -204,3 +204,11 @@ def test_break_aways_of_few_samples_a_period_are_off_together(samples):
     found = identify(tree, law="StaticKinetic").parameters.loc["break_away"]
     assert found["low"] < 1.0 < found["high"]
     assert found["error"] > 2 * drive * step
+
+
+def test_a_record_that_never_slips_is_one_at_rest():
+    x = 0.1 * np.arange(0, 10, 0.1) + 1e-3 * np.random.default_rng(1).standard_normal(100)
+    tree = measure({"t": np.arange(0, 10, 0.1), "x": x}, rig(0.1))
+    assert tree.attrs["regime"] == "at_rest"
+    with pytest.raises(InputError, match=r"goes with the drive throughout .* static friction is above (1\.0|0\.9)"):
+        identify(tree)

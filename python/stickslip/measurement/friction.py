@@ -332,7 +332,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     if word == "unknown":
         notes.append(undecided(slow, presmoothed.rate_error / o.drive_velocity))
     line = draft.line(friction.slip_acceleration)
-    if alone and word != "stable_slip":  # the pull of other masses has its own lines; of steady slip there is noise
+    # the pull of other masses has its own lines; of steady slip there is noise
+    if alone and word not in ("stable_slip", "at_rest"):
         notes += inertia(friction, rig, slow, line)
     ends = np.array([stick.end for stick in sticks])
     if word == "stick_slip" and ends.size >= 3:

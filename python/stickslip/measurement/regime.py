@@ -18,6 +18,8 @@ STEADY = 0.1
 LINGERS = 0.25
 """A sine that just touches w = 0 is slow for 20 % of the time: a creeping motion that is slow for longer than this lingers
 there, and is stick-slip."""
+NEVER_SLIPS = 0.99
+"""Share of slow time from which on a steady motion is none: the mass rests on the drive."""
 BLURRED = 0.5
 """Sticks are bounded where w passes half of V: an error of w as large hides what is short."""
 PARTS = 8
@@ -71,6 +73,7 @@ def regime(
 ) -> str:
     """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, in words of `stickslip.simulation.regimes`, with noise.
 
+    - ``at_rest``: the mass goes with the drive, |w| < 0.2 V, all the time;
     - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
     - where sticks are exact (`rigid`): ``stick_slip`` if more than one in five cycles sticks, else ``almost_harmonic``;
     - where the mass creeps: ``stick_slip``, be it fast, if it sticks and |w| < 0.2 V for at least 25 % of the time, else
@@ -95,7 +98,9 @@ def regime(
         return "stick_slip"
     if not known or blur > BLURRED:
         return "unknown"
-    return "stable_slip" if float(np.std(slip_velocity)) < STEADY * drive_velocity else "almost_harmonic"
+    if float(np.std(slip_velocity)) >= STEADY * drive_velocity:
+        return "almost_harmonic"
+    return "at_rest" if slow > NEVER_SLIPS else "stable_slip"
 
 
 def undecided(slow: float, blur: float) -> str:

@@ -160,11 +160,13 @@ def _unseen(records: Sequence[FrictionRecord]) -> str:
 def refuse_unreadable(record: FrictionRecord) -> None:
     """Refuse a record whose friction drives, or whose noise is as large as its falls."""
     w, drive = record.slip_velocity[~record.stuck], abs(record.constants.get("drive_velocity", 0.0))
-    if w.size and float(np.quantile(np.abs(w), 0.9)) < WITH_DRIVE * drive:
+    rests = record.attrs.get("regime") == "at_rest"
+    if w.size and (rests or float(np.quantile(np.abs(w), 0.9)) < WITH_DRIVE * drive):
         raise InputError(
             f"{record.name}: the mass goes with the drive throughout (nine tenths of its slip is slower than "
-            f"{WITH_DRIVE:g} of the drive velocity), so nothing can be said about the friction of slip; take a record in "
-            "which it breaks away"
+            f"{float(np.quantile(np.abs(w), 0.9)):.2g}, the drive has {drive:.2g}), so nothing can be said about the "
+            f"friction of slip; static friction is above {float(np.max(np.abs(record.force))):.3g}; take a record in which "
+            "it breaks away"
         )
     work = float(np.sum((record.force * record.slip_velocity)[~record.stuck]))
     if work < 0:
