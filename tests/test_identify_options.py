@@ -232,3 +232,7 @@ def test_the_parts_of_a_combined_law_are_named(tmp_path, capsys):
 def test_options_of_another_kind_are_refused(given, sentence):
     with pytest.raises(InputError, match=sentence):
         Options(**{"fixed": {}, "bounds": {}} | given)
+
+
+def test_bounds_may_be_an_array():
+    assert Options(bounds={"kinetic": np.array([0.0, np.inf])}).bounds["kinetic"][1] == np.inf

@@ -108,7 +108,7 @@ def test_time_from_the_sampling_rate() -> None:
         ({"t": T, "y": X}, "there is no column 'x'; the columns are t, y"),
         (
             {"x": X},
-            "there is no time column 't'; name the one of the file by time_column, or give a sampling_rate",
+            "there is no column 't'; the columns are x; name the one of time by time_column, or give a sampling_rate",
         ),
         ({"t": T[:20], "x": X[:20]}, "20 samples are too short a record"),
         (3.0, "a path, a Dataset, a DataFrame or a dict of arrays was expected, got float"),

@@ -231,3 +231,17 @@ def test_a_header_of_another_kind_is_refused_unless_a_scale_says_what_a_reading_
         measure(record, rig)
     rig["columns"]["velocity"]["scale"] = 0.002
     assert measure(record, rig).attrs["highest_speed"] == pytest.approx(0.1, rel=0.02)
+
+
+def test_a_unit_behind_the_usual_name_of_time_is_part_of_the_name():
+    time = np.arange(0, 60, 0.05)
+    record = {"t [s]": time, "x": np.minimum((0.1 * time) % 1.2, 1.0) + 1e-3 * np.sin(77 * time)}
+    rig = {
+        "instrument": "displacement",
+        "column": "x",
+        "unit": "1",
+        "stiffness": 1.0,
+        "mass": 1.0,
+        "drive_velocity": 0.1,
+    }
+    assert measure(record, rig)["time"].size == time.size

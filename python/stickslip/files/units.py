@@ -206,9 +206,10 @@ def contradicts(unit: str, other: str | None) -> bool:
     >>> contradicts("mm", "m"), contradicts("rpm", "m/s"), contradicts("mm", "V"), contradicts("mm", None)
     (True, True, False, False)
     """
-    unit, other = SPELLINGS.get(unit, unit), SPELLINGS.get(other or "", other or "")
-    both = [sizes for sizes in UNITS.values() if unit in sizes and other in sizes]
-    return of_other_kinds(unit, other) or any(sizes[unit] != sizes[other] for sizes in both)
+    sizes, others = _sizes(unit), _sizes(other or "")
+    return of_other_kinds(unit, other or "") or any(
+        sizes[kind] != others[kind] for kind in sizes.keys() & others.keys()
+    )
 
 
 def of_other_kinds(unit: str, other: str) -> bool:
@@ -217,9 +218,14 @@ def of_other_kinds(unit: str, other: str) -> bool:
     >>> of_other_kinds("rpm", "m/s"), of_other_kinds("mm", "m"), of_other_kinds("mm", "V"), of_other_kinds("1", "N")
     (True, False, False, False)
     """
-    unit, other = SPELLINGS.get(unit, unit), SPELLINGS.get(other, other)
-    kinds, others = ([kind for kind, sizes in UNITS.items() if one in sizes] for one in (unit, other))
-    return "1" not in (unit, other) and bool(kinds and others) and not set(kinds) & set(others)
+    sizes, others = _sizes(unit), _sizes(other)
+    return "1" not in (unit, other) and bool(sizes and others) and not sizes.keys() & others.keys()
+
+
+def _sizes(unit: str) -> dict[str, float]:
+    """The size of a unit by each quantity that it measures."""
+    unit = SPELLINGS.get(unit, unit)
+    return {kind: sizes[unit] for kind, sizes in UNITS.items() if unit in sizes}
 
 
 def quantity(name: str, value: object, dimensions: Sequence[str], where: str) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -61,19 +61,20 @@ class Options:
         def refuse(name: str, expected: str, got: Any) -> None:
             raise InputError(f"identify: expected {name} as {expected}, got {got!r}")
 
+        def is_number(given: Any) -> bool:
+            return hasattr(given, "__float__") and not isinstance(given, bool)
+
         if isinstance(self.free, str) or any(not isinstance(name, str) for name in self.free or ()):
             refuse("free", "a list of names such as ['scale']", self.free)
         for name, given in (("fixed", self.fixed), ("bounds", self.bounds), ("ties", self.ties or {})):
             if not isinstance(given, Mapping):
                 refuse(name, "a dictionary by the names of numbers", given)
         for name, number in self.fixed.items():
-            if isinstance(number, bool) or not isinstance(number, int | float | np.number):
+            if not is_number(number):
                 refuse(f"fixed[{name!r}]", "a number", number)
         for name, pair in self.bounds.items():
-            ends = pair if isinstance(pair, Sequence) and not isinstance(pair, str) else ()
-            if len(ends) != 2 or any(
-                isinstance(end, bool) or not isinstance(end, int | float | np.number) for end in ends
-            ):
+            ends = list(pair) if isinstance(pair, Iterable) else []
+            if len(ends) != 2 or not all(map(is_number, ends)):
                 refuse(f"bounds[{name!r}]", "a pair (low, high) of numbers, which may be infinite", pair)
 
     def command(self, records: Sequence[FrictionRecord], law: str | type[Law] | Law) -> str:

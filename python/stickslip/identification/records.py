@@ -18,6 +18,7 @@ from stickslip.files.checks import each_once
 from stickslip.files.disk import toml_table
 from stickslip.files.netcdf import read_tree
 from stickslip.files.notebook import InNotebook
+from stickslip.measurement.result import stated_notes
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -25,7 +26,7 @@ Mask = npt.NDArray[np.bool_]
 ROWS = ("t", "stick_time", "force_rate", "force", "drop")
 """Columns of the table of break-aways; each has one named ``<column>_error`` beside it."""
 FEWEST_SAMPLES = 10
-TEXT = (".csv", ".txt", ".dat", ".tsv", ".mat", ".json")
+OF_RECORDS = (".csv", ".txt", ".dat", ".tsv", ".mat", ".json")
 """Endings of records as instruments write them."""
 SENSES = 0.05
 """A sense of slip has at least this share of the samples that slip."""
@@ -75,8 +76,7 @@ class FrictionRecord(InNotebook):
     @property
     def notes(self) -> list[str]:
         """What was said where it was measured."""
-        notes = self.attrs.get("notes", [])
-        return [str(note) for note in np.atleast_1d(notes) if str(note)]
+        return stated_notes(self.attrs)
 
     def facts(self) -> dict[str, Any]:
         """What a notebook shows."""
@@ -263,7 +263,7 @@ def opened(path: Path) -> xr.DataTree:
     InputError
         where it is missing, damaged or an orbit.
     """
-    if path.exists() and path.suffix.lower() in TEXT:
+    if path.exists() and path.suffix.lower() in OF_RECORDS:
         raise InputError(
             f"{path}: expected a friction file (.nc), got a record; measure it first: stickslip measure {path} --rig RIG.toml"
         )

@@ -307,13 +307,12 @@ def _time(table: Table, wanted: str | int | None, rig: Rig, n: int, notes: list[
     if wanted == "t" and wanted not in table.columns and rig.sampling_rate is not None:
         notes.append(f"there is no time column: time was counted from the sampling rate of {rig.sampling_rate:g} Hz")
         return np.arange(n) / rig.sampling_rate, None
-    if wanted == "t" and wanted not in table.columns:
-        names = ", ".join([*table.columns][:40]) or "none"
-        raise InputError(
-            f"{name}: there is no time column 't'; name the one of the file by time_column, or give a sampling_rate; the "
-            f"columns are {names}"
-        )
-    wanted = table.name_of(wanted)
+    try:
+        wanted = table.name_of(wanted)
+    except InputError as error:
+        if wanted != "t":
+            raise
+        raise InputError(f"{error}; name the one of time by time_column, or give a sampling_rate") from None
     table.refuse_unit(wanted, rig.time_unit, table.unit_of(wanted), 'time_unit = "{}"')
     time = table.columns[wanted] * find_unit(rig.time_unit, ("time",), "rig: time_unit")[1]
     if len(time) != n:

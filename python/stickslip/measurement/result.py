@@ -106,5 +106,9 @@ def notes(friction: xr.DataTree) -> list[str]:
     if "notes" not in friction.attrs:
         parts = {name.removeprefix("mass_"): notes(child) for name, child in friction.children.items()}
         return [f"mass {mass}: {note}" for mass, part in parts.items() for note in part]
-    found = friction.attrs["notes"]
-    return [found] if isinstance(found, str) else [str(note) for note in found]
+    return stated_notes(friction.attrs)
+
+
+def stated_notes(attrs: Mapping[Any, Any]) -> list[str]:
+    """The notes among the attributes of one record, of which a file holds a single one as a text."""
+    return [str(note) for note in np.atleast_1d(attrs.get("notes", [])) if str(note)]

@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, corrected
 from stickslip.dynamics.periodic.cycles import amplitude, find, finished
-from stickslip.dynamics.periodic.equilibria import steady_slip
+from stickslip.dynamics.periodic.equilibria import fastest_drive, steady_slip
 from stickslip.dynamics.periodic.event_sequence import EventSequence
 from stickslip.dynamics.periodic.poincare_map import Lost
 from stickslip.errors import InputError
@@ -42,8 +42,7 @@ def born(system: Oscillator | System, value: float, family: Family) -> Point | N
     low, high = family.ranges[0]
     # At a Hopf point of several masses all swing in one mode, whose frequency is any of theirs.
     period = system.natural_period if isinstance(system, Oscillator) else 2 * math.pi / max(state.frequency, 1e-300)
-    contacts = [system] if isinstance(system, Oscillator) else system.contacts
-    drive = max(abs(float(contact.drive_velocity)) for contact in contacts)
+    drive = fastest_drive(system)
     for share in _SHARES:
         speed = share * drive
         start = (state.x + speed * state.displacement, speed * state.mode)

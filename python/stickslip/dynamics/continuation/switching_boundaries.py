@@ -56,8 +56,8 @@ def nearest(point: Point, ahead: Point | None, step: float, family: Family) -> t
     def consider(boundary: Point, label: Label) -> None:
         distance = abs(boundary.values[0] - point.values[0]) / span
         inside = low <= boundary.values[0] <= high and (boundary.here.durations > -1e-8).all()
-        inside = inside and boundary.here.period > _POINT * point.here.period
-        if inside and distance < 4 * step and min(worst(boundary.here).values(), default=0.0) > -1e-8:
+        lasts = boundary.here.period > _POINT * point.here.period
+        if inside and lasts and distance < 4 * step and min(worst(boundary.here).values(), default=0.0) > -1e-8:
             found.append((distance, boundary, label))
 
     # A short slip between two sticks is hard to follow to its end; the stick that takes over is not.

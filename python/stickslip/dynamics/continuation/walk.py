@@ -18,11 +18,11 @@ from stickslip.dynamics.continuation.halving import halving
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.cycles import finished, one_period, unchecked
+from stickslip.dynamics.periodic.equilibria import fastest_drive
 from stickslip.dynamics.periodic.event_sequence import Floats
 from stickslip.dynamics.periodic.poincare_map import Lost, Return, size_of
 from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
-from stickslip.model.system import Oscillator
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
@@ -49,14 +49,14 @@ class Walk:
     most : the most points.
     progress : called as ``progress(points, most)``.
     limit : the time after which no further point is looked for.
-    known : whether a cycle at a value of the parameter is on a branch that was found before, so that this one ends there.
+    met : whether a cycle at a value of the parameter is on a branch that was found before, so that this one ends there.
     """
 
     family: Family
     most: int
     progress: Callable[[int, int], Any] | None = None
     limit: TimeLimit = NO_LIMIT
-    known: Callable[[Cycle, float], bool] = lambda _cycle, _value: False
+    met: Callable[[Cycle, float], bool] = lambda _cycle, _value: False
     branch: Branch = field(default_factory=lambda: Branch("cycle"))
 
     def __post_init__(self) -> None:
@@ -97,7 +97,7 @@ class Walk:
                     continue
                 if boundary is not None:
                     past = self._cross(point, *boundary)
-                    if past is None or self.known(unchecked(past.here), float(past.values[0])):
+                    if past is None or self.met(unchecked(past.here), float(past.values[0])):
                         return self.branch.special_points[-1].kind
                     try:
                         self._add(past)
@@ -110,8 +110,7 @@ class Walk:
                     return "lost"
                 continue
             if self._through_a_point(point, ahead):
-                if self._size() > _POINT * self._usual(point, largest) and step > 20 * _SMALLEST:
-                    # Closer first, so that the branch reaches to its end.
+                if self._still_away(point, largest, step):
                     step /= 4
                     continue
                 self._shrunk(point)
@@ -138,8 +137,7 @@ class Walk:
                 self.branch.closed = True
                 return "closed"
             if self._between(point, ahead, step):
-                if self._size() > _POINT * self._usual(point, largest) and step > 20 * _SMALLEST:
-                    # Closer first, so that the branch reaches to its end.
+                if self._still_away(point, largest, step):
                     step /= 4
                     continue
                 self._shrunk(point)
@@ -189,6 +187,10 @@ class Walk:
     def _add(self, point: Point) -> None:
         self.branch.add(finished(point.here, 0), float(point.values[0]))
 
+    def _still_away(self, point: Point, largest: float, step: float) -> bool:
+        """Whether to go closer to where the cycle is a point first, so that the branch reaches to its end."""
+        return self._size() > _POINT * self._usual(point, largest) and step > 20 * _SMALLEST
+
     @staticmethod
     def _usual(point: Point, largest: float) -> float:
         """What a cycle that is about to be a point is small beside: the largest of the branch, and the way of the drive.
@@ -197,10 +199,8 @@ class Walk:
         """
         if point.here.forcing_periods:
             return largest
-        system = point.here.sequence.system
-        contacts = [system] if isinstance(system, Oscillator) else system.contacts
-        drive = max(abs(float(contact.drive_velocity)) for contact in contacts)
-        return min(largest, drive * point.here.period / math.pi) if drive > 0 else largest
+        way = fastest_drive(point.here.sequence.system) * point.here.period / math.pi
+        return min(largest, way) if way > 0 else largest
 
     @staticmethod
     def _through_a_point(point: Point, ahead: Point) -> bool:

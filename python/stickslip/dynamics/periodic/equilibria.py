@@ -49,6 +49,12 @@ class SteadySlip:
     frequency: float = math.nan
 
 
+def fastest_drive(system: Oscillator | System) -> float:
+    """The largest speed of the drives of its contacts, all constant."""
+    contacts = [system] if isinstance(system, Oscillator) else system.contacts
+    return max(abs(float(contact.drive_velocity)) for contact in contacts)
+
+
 def steady_slip(system: Oscillator | System) -> SteadySlip | None:
     """The steady slip of an oscillator, or of masses, on which nothing swings.
 

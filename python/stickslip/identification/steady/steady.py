@@ -38,6 +38,7 @@ from stickslip.identification.steady.steady_rows import joined, rows_of, said_le
 from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
 from stickslip.laws.law import law_file
 from stickslip.laws.numbers import pointers, units_of, value
+from stickslip.measurement.result import stated_notes
 
 Array = npt.NDArray[np.float64]
 
@@ -416,7 +417,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         rows, stated, missing, said = rows_of(tree, name)
         left.append(missing)
         notes += said
-        measured_so += [f"{name}: {note}" for note in np.atleast_1d(tree.attrs.get("notes", [])) if str(note)]
+        measured_so += [f"{name}: {note}" for note in stated_notes(tree.attrs)]
         if steps := tree["step"].sizes["step"] if "step" in tree.children else 0:
             notes.append(
                 f"{name} holds {steps} step{'s' * (steps != 1)} of the drive velocity, of which only the levels between them "
