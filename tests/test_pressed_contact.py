@@ -31,9 +31,12 @@ def test_samples_without_a_normal_force_are_left_out_and_counted():
         measured(pressed(np.full(T.size, -30.0)))
 
 
-@pytest.mark.parametrize(("mean", "regime"), [(0.0, "reversing_slip"), (0.3, "almost_harmonic")])
-def test_slip_that_changes_its_sense_is_called_so(mean, regime):
-    speed = mean + 0.2 * np.sin(2 * np.pi * T)
+@pytest.mark.parametrize(
+    ("mean", "swing", "regime"),
+    [(0.0, 0.2, "reversing_slip"), (0.3, 0.2, "almost_harmonic"), (0.3, 0.01, "stable_slip"), (0.0, 1e-4, "at_rest")],
+)
+def test_slip_that_was_measured_itself_has_the_words_of_every_motion(mean, swing, regime):
+    speed = mean + swing * np.sin(2 * np.pi * T)
     record = {
         "t": T,
         "w": speed,

@@ -103,6 +103,36 @@ def regime(
     return "at_rest" if slow > NEVER_SLIPS else "stable_slip"
 
 
+def regime_of_slip(slip_velocity: Array, stuck_share: float, sticks: bool, level: float = 0.0) -> str:
+    """The kind of a motion whose slip velocity itself was measured, in the order of `stickslip.simulation.regimes`.
+
+    - ``at_rest``: stuck for at least 99 % of the time;
+    - ``stick_slip``: it sticks;
+    - ``stable_slip``: the slip velocity scatters by less than a tenth of its mean;
+    - ``reversing_slip``: it goes beyond `level` in both senses;
+    - ``almost_harmonic`` otherwise.
+
+    Parameters
+    ----------
+    slip_velocity : (n,) w.
+    stuck_share : share of the time in which it sticks.
+    sticks : whether that share is more than chance.
+    level : a slip velocity as small as this has no sign.
+
+    >>> t = np.linspace(0, 60, 1000)
+    >>> regime_of_slip(0.3 + 0.1 * np.sin(t), 0.0, False), regime_of_slip(0.3 + 0.01 * np.sin(t), 0.0, False)
+    ('almost_harmonic', 'stable_slip')
+    """
+    if stuck_share >= NEVER_SLIPS:
+        return "at_rest"
+    if sticks:
+        return "stick_slip"
+    w = np.asarray(slip_velocity, float)
+    if float(np.var(w)) < (STEADY * float(np.mean(w))) ** 2:
+        return "stable_slip"
+    return "reversing_slip" if (w > level).any() and (w < -level).any() else "almost_harmonic"
+
+
 def undecided(slow: float, blur: float) -> str:
     """The sentence to the kind ``unknown``; the arguments are those of `regime`."""
     if blur > BLURRED:

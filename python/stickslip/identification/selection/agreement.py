@@ -21,6 +21,7 @@ from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.reading import read_motion
 from stickslip.laws import Law
+from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.signals.spectra import main_line
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
@@ -388,8 +389,7 @@ def measured_kind(record: FrictionRecord) -> str:
         return "stick_slip"
     if record.stuck.any():
         return "stick_slip" if len(record.slips) > 1 else "unknown"
-    steady = float(np.ptp(record.slip_velocity)) < 0.02 * float(np.max(np.abs(record.slip_velocity)))
-    return "stable_slip" if steady else "almost_harmonic"
+    return regime_of_slip(record.slip_velocity, 0.0, False)
 
 
 def _phase_distance(measured: pd.DataFrame, simulated: pd.DataFrame) -> float:

@@ -17,6 +17,7 @@ from scipy.special import ndtr
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Bench, Constant, Instrument, Samples
 from stickslip.measurement.instruments.scatter import median_and_error
+from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
 from stickslip.measurement.signals.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset, lag_of_force
 from stickslip.measurement.signals.noise import lone_spikes, noise_level, stretches
@@ -310,14 +311,12 @@ def _run(record: Samples, bench: Bench) -> _Run:
     else:
         facts["force"], facts["force_error"] = forward if not math.isnan(forward[0]) else backward
     if level is not None:
-        facts["stuck_share"] = float(np.average(stuck[:-1], weights=np.diff(time)))
+        share = float(np.average(stuck[:-1], weights=np.diff(time)))
+        facts["stuck_share"] = share
         facts["slow_share"] = float(np.mean(np.abs(w) < level))
         line = main_line(w, float(np.mean(np.diff(time))))
         facts["main_line"], facts["main_line_error"] = line.frequency, line.error
-        both_ways = bool((w > level).any() and (w < -level).any())
-        facts["regime"] = (
-            "stick_slip" if float(facts["stuck_share"]) > 0.02 else "reversing_slip" if both_ways else "almost_harmonic"
-        )
+        facts["regime"] = regime_of_slip(w, share, share > 0.02, level)
     actuators = [record[name] for name in ("actuator_1", "actuator_2") if name in record]
     if actuators:
         pull = float(np.mean(sum(actuators)))

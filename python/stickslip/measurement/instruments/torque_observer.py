@@ -9,6 +9,7 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
 from stickslip.measurement.instruments.scatter import block_error
+from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.spectra import main_line
 
@@ -18,8 +19,6 @@ SLOW = 0.2
 """A joint slower than this share of its mean speed is taken as standing still."""
 LEAST = 16
 """Samples a run must have after it has settled."""
-STEADY = 0.1
-"""Speed that scatters less than this share of its mean is steady."""
 
 
 def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
@@ -42,9 +41,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
                 f"{record.source}: the joint stands still, so there is no friction of slip in it; leave it out"
             )
         slow = float(np.mean(np.abs(speed) < SLOW * abs(mean)))
-        scatter = float(np.std(speed)) / max(abs(mean), 1e-300)
         line = main_line(torque, float(np.mean(np.diff(record.time))))
-        words.append("stick_slip" if slow > 0.1 else "stable_slip" if scatter < STEADY else "almost_harmonic")
+        words.append(regime_of_slip(speed, slow, slow > 0.1))
         rows.append(
             {
                 "slip_velocity": mean,
