@@ -4,7 +4,7 @@ use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde_json::Value;
-use stickslip::law::{self, Friction, Hold, StaticFriction};
+use stickslip::law::{self, Friction, Rest, StaticFriction};
 use stickslip::replay;
 
 use crate::{Array, read, refused};
@@ -36,7 +36,7 @@ pub(crate) fn static_friction<'py>(
         second_drop_exponent: 1.0,
     };
     let pairs = stick_time.as_slice()?.iter().zip(force_rate.as_slice()?);
-    let force = pairs.map(|(&stick_time, &force_rate)| surface.force(Hold::new(stick_time, force_rate)));
+    let force = pairs.map(|(&stick_time, &force_rate)| surface.force(Rest::new(stick_time, force_rate)));
     Ok(force.collect::<Vec<_>>().into_pyarray(py))
 }
 
@@ -85,7 +85,7 @@ impl Law {
         let force = pairs.map(|(&stick_time, &force_rate)| {
             self.law
                 .toward(force_rate)
-                .break_away(Hold::new(stick_time, force_rate.abs()))
+                .static_limit(Rest::new(stick_time, force_rate.abs()))
         });
         Ok(force.collect::<Vec<_>>().into_pyarray(py))
     }

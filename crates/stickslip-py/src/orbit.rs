@@ -52,21 +52,21 @@ impl Orbit {
         watched(py, max_seconds, |go_on| model.simulate(run, go_on)).map(Self)
     }
 
-    /// Go on from a state of an event sequence in which the contacts do what `contact_states` say, by Taylor steps.
+    /// Go on from a state of an event sequence in which the contacts do what `contact_modes` say, by Taylor steps.
     #[staticmethod]
     fn resume(
         py: Python<'_>,
         system: &System,
         state: PyReadonlyArray1<'_, f64>,
-        contact_states: PyReadonlyArray1<'_, i8>,
+        contact_modes: PyReadonlyArray1<'_, i8>,
         duration: f64,
     ) -> PyResult<Self> {
         let (system, _) = system.masses()?;
         let layout = Layout::of(system);
         let state = state_from(layout, state.as_slice()?)?;
-        let contact_states = contact_states_of(layout, contact_states.as_slice()?)?;
+        let contact_modes = contact_states_of(layout, contact_modes.as_slice()?)?;
         let orbit = watched(py, None, |go_on| {
-            sequence::resume(system, &state, &contact_states, duration, 10_000_000, go_on)
+            sequence::resume(system, &state, &contact_modes, duration, 10_000_000, go_on)
         });
         orbit.map(|orbit| Self(Kept::Steps(orbit)))
     }

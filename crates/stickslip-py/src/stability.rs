@@ -14,7 +14,7 @@ use stickslip::event_sequence::{self as of_oscillator, EventSequence};
 use stickslip::law::End;
 use stickslip::network::{self, sequence as of_system};
 use stickslip::simulate::Run;
-use stickslip::variation::{self, ContactState, Ending, Flags, Keep, Layout, Phase, State, Varied};
+use stickslip::variation::{self, ContactMode, Ending, Flags, Keep, Layout, Phase, State, Varied};
 
 use crate::system::System;
 use crate::watch::watched;
@@ -48,21 +48,21 @@ fn whole(value: f64) -> usize {
 }
 
 /// What contacts do by its number: 0 sticks, ± 1 slips in that direction, ± 2 holds its slip velocity of that sign.
-fn contact_states_from(modes: &[i8]) -> Vec<ContactState> {
+fn contact_states_from(modes: &[i8]) -> Vec<ContactMode> {
     let state = |&mode: &i8| match mode {
-        0 => ContactState::Stick,
-        -1 | 1 => ContactState::Slip(f64::from(mode)),
-        _ => ContactState::Hold(f64::from(mode.signum())),
+        0 => ContactMode::Stick,
+        -1 | 1 => ContactMode::Slip(f64::from(mode)),
+        _ => ContactMode::Hold(f64::from(mode.signum())),
     };
     modes.iter().map(state).collect()
 }
 
-fn number_of(contact_state: &ContactState) -> i8 {
+fn number_of(contact_state: &ContactMode) -> i8 {
     let sign = |direction: f64| if direction > 0.0 { 1 } else { -1 };
     match *contact_state {
-        ContactState::Stick => 0,
-        ContactState::Slip(direction) => sign(direction),
-        ContactState::Hold(direction) => 2 * sign(direction),
+        ContactMode::Stick => 0,
+        ContactMode::Slip(direction) => sign(direction),
+        ContactMode::Hold(direction) => 2 * sign(direction),
     }
 }
 
@@ -82,9 +82,9 @@ pub(crate) fn state_from(layout: Layout, row: &[f64]) -> PyResult<State> {
     })
 }
 
-pub(crate) fn contact_states_of(layout: Layout, row: &[i8]) -> PyResult<Vec<ContactState>> {
+pub(crate) fn contact_states_of(layout: Layout, row: &[i8]) -> PyResult<Vec<ContactMode>> {
     if row.len() != layout.contacts {
-        return Err(broken("a row of contact_states", row.len()));
+        return Err(broken("a row of contact_modes", row.len()));
     }
     Ok(contact_states_from(row))
 }
@@ -118,7 +118,7 @@ fn columns<'py>(py: Python<'py>, event_sequence: &EventSequence) -> EventSequenc
     let phases = event_sequence.phases.iter();
     let modes = phases
         .clone()
-        .flat_map(|phase| phase.contact_states.iter().map(number_of));
+        .flat_map(|phase| phase.contact_modes.iter().map(number_of));
     let ending = |phase: &Phase| ENDINGS.iter().position(|ending| *ending == phase.ending);
     (
         PyArray1::from_iter(py, row_of(&event_sequence.start)),
@@ -168,19 +168,19 @@ pub(crate) fn event_sequence_from<'py>(
     py: Python<'py>,
     system: &System,
     state: PyReadonlyArray1<'py, f64>,
-    contact_states: PyReadonlyArray1<'py, i8>,
+    contact_modes: PyReadonlyArray1<'py, i8>,
     duration: f64,
     max_events: u64,
 ) -> PyResult<EventSequenceColumns<'py>> {
     let (masses, oscillator) = system.masses()?;
     let layout = Layout::of(masses);
     let state = state_from(layout, state.as_slice()?)?;
-    let contact_states = contact_states_of(layout, contact_states.as_slice()?)?;
+    let contact_modes = contact_states_of(layout, contact_modes.as_slice()?)?;
     let event_sequence = watched(py, None, |go_on| match oscillator {
         Some(oscillator) => {
-            of_oscillator::from(oscillator, &state, contact_states[0], duration, max_events, go_on)
+            of_oscillator::from(oscillator, &state, contact_modes[0], duration, max_events, go_on)
         }
-        None => of_system::from(masses, &state, &contact_states, duration, max_events, go_on),
+        None => of_system::from(masses, &state, &contact_modes, duration, max_events, go_on),
     })?;
     Ok(columns(py, &event_sequence))
 }
@@ -231,7 +231,7 @@ pub(crate) fn follow<'py>(
             let (ending, contact) = (usize::from(ending), contact as usize);
             match ENDINGS.get(ending) {
                 Some(&ending) if contact < layout.contacts => Ok(Phase {
-                    contact_states: contact_states_from(modes),
+                    contact_modes: contact_states_from(modes),
                     contact,
                     ending,
                     duration,
@@ -245,11 +245,12 @@ pub(crate) fn follow<'py>(
         variation::follow(&varied, &start, &phases, &last, keep, tests, go_on)
     })?;
     let states = followed.states.iter().flat_map(row_of).collect::<Vec<_>>();
-    let lanes = varied.lanes();
+    let directions = varied.directions();
     let tests = followed.tests.iter();
     let numbers = tests.clone().flat_map(|test| {
         let head = [test.tau, test.detail, test.value.value];
-        head.into_iter().chain(test.value.rates[..lanes].iter().copied())
+        head.into_iter()
+            .chain(test.value.rates[..directions].iter().copied())
     });
     Ok((
         states.into_pyarray(py),

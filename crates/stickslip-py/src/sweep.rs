@@ -9,7 +9,8 @@ use stickslip::model::Start;
 use stickslip::regime::Regime;
 use stickslip::rows::Rows;
 use stickslip::section::Surface;
-use stickslip::sweep::{Link, Look, Steady, Sweep, steady};
+use stickslip::steady_motion::{Look, Steady, steady};
+use stickslip::sweep::{Link, Sweep};
 
 use crate::table::Table;
 use crate::watch::watched;

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
-use stickslip::law::{Friction, Hold, Law};
+use stickslip::law::{Friction, Law, Rest};
 use stickslip::replay::force_along;
 use stickslip::state_law::{StateFriction, StateLaw, follow};
 
@@ -94,7 +94,7 @@ fn surface(desk: &mut Desk) -> Result<Value, String> {
     let law: Law = document(ask.law)?;
     law.validate().map_err(sentence)?;
     let mut add = |stick_time: f64, force_rate: f64| {
-        desk.numbers.push(law.toward(force_rate).break_away(Hold {
+        desk.numbers.push(law.toward(force_rate).static_limit(Rest {
             stick_time,
             force_rate: force_rate.abs(),
         }));

@@ -8,7 +8,8 @@ use stickslip::model::Start;
 use stickslip::regime::Regime;
 use stickslip::rows::Rows;
 use stickslip::state_law::StateLaw;
-use stickslip::sweep::{Link, Look, Steady, Sweep, steady};
+use stickslip::steady_motion::{Look, Steady, steady};
+use stickslip::sweep::{Link, Sweep};
 
 use crate::Desk;
 use crate::ask::{read, sentence};

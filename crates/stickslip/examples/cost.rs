@@ -20,7 +20,8 @@ use stickslip::observer::Observer;
 use stickslip::oscillator::Oscillator;
 use stickslip::rows::Rows;
 use stickslip::simulate::{Run, simulate};
-use stickslip::sweep::{Look, Sweep};
+use stickslip::steady_motion::Look;
+use stickslip::sweep::Sweep;
 use stickslip::system::{Contact, System};
 use stickslip::variation::{self, Varied};
 
@@ -186,7 +187,7 @@ fn followed(name: &str, oscillator: &Oscillator, rounds: u32) {
         "/forcing/0/amplitude",
     ];
     let paths: Vec<String> = numbers.into_iter().chain(law).map(String::from).collect();
-    let last = sequence.phases.last().expect("a phase").contact_states.clone();
+    let last = sequence.phases.last().expect("a phase").contact_modes.clone();
     let (time, phases, _) = best(rounds, || {
         let varied = Varied::new(&system, &document, &paths).expect("good numbers");
         let followed = variation::follow(

@@ -6,7 +6,8 @@ use serde_json::json;
 use stickslip::error::Error;
 use stickslip::model::Start;
 use stickslip::rows::Rows;
-use stickslip::sweep::{Look, Sweep};
+use stickslip::steady_motion::Look;
+use stickslip::sweep::Sweep;
 
 fn main() -> Result<(), Error> {
     let velocities: Vec<f64> = (1..=20).map(|step| 0.03 * f64::from(step)).collect();

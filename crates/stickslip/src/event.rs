@@ -1,4 +1,6 @@
-//! The certified next event of one mass: when a mode ends, and by what.
+//! The certified next event: when a mode ends, and by what.
+//!
+//! Of a step of many masses the guards are polynomials (`first_root`); what follows is of one mass.
 //!
 //! Where nothing forces the mass, slip is monotone between extrema known in closed form, and that is fastest: mostly its
 //! end follows from a guess in closed form, one evaluation there and the signs of the slip acceleration (`free`). All
@@ -6,6 +8,7 @@
 
 mod direct;
 mod end_of_stick;
+pub(crate) mod first_root;
 mod free;
 mod search;
 mod slip;

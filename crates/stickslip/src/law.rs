@@ -61,14 +61,14 @@ pub(crate) fn one() -> f64 {
 
 /// How the contact has been held: what static friction may depend on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Hold {
+pub struct Rest {
     /// Time since the contact stuck, t_s.
     pub stick_time: f64,
     /// |dF/dt| of the friction force now, δ.
     pub force_rate: f64,
 }
 
-impl Hold {
+impl Rest {
     /// For so long, at this force rate.
     #[must_use]
     pub fn new(stick_time: f64, force_rate: f64) -> Self {
@@ -79,7 +79,7 @@ impl Hold {
     }
 }
 
-/// Static friction at one hold.
+/// Static friction at one rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adhesion {
     /// The static limit, f_s.
@@ -223,7 +223,7 @@ pub trait Friction: Limited {
     }
 
     /// The static limit. It must not fall with the stick time nor rise with the force rate.
-    fn break_away(&self, hold: Hold) -> f64;
+    fn static_limit(&self, rest: Rest) -> f64;
 
     /// An upper bound of ∂f_s/∂t_s at and after `stick_time`; 0 for a law without dwell.
     fn growth_bound(&self, _stick_time: f64) -> f64 {
@@ -237,10 +237,10 @@ pub trait Friction: Limited {
     }
 
     /// The static limit and, for the search for where it breaks, how that changes.
-    fn adhesion(&self, hold: Hold) -> Adhesion {
-        let growth = self.growth_bound(hold.stick_time);
+    fn adhesion(&self, rest: Rest) -> Adhesion {
+        let growth = self.growth_bound(rest.stick_time);
         Adhesion {
-            force: self.break_away(hold),
+            force: self.static_limit(rest),
             growth,
             curvature: if growth == 0.0 { 0.0 } else { f64::INFINITY },
             softening: 0.0,
@@ -320,11 +320,11 @@ macro_rules! laws {
         impl Friction for Law {
             fn validate(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.validate()),+ } }
             #[inline]
-            fn break_away(&self, hold: Hold) -> f64 { match self { $(Self::$name(law) => law.break_away(hold)),+ } }
+            fn static_limit(&self, rest: Rest) -> f64 { match self { $(Self::$name(law) => law.static_limit(rest)),+ } }
             fn growth_bound(&self, stick_time: f64) -> f64 { match self { $(Self::$name(law) => law.growth_bound(stick_time)),+ } }
             fn exponential_growth(&self) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.exponential_growth()),+ } }
             #[inline]
-            fn adhesion(&self, hold: Hold) -> Adhesion { match self { $(Self::$name(law) => law.adhesion(hold)),+ } }
+            fn adhesion(&self, rest: Rest) -> Adhesion { match self { $(Self::$name(law) => law.adhesion(rest)),+ } }
             fn softening_bound(&self, rates: [f64; 2]) -> f64 { match self { $(Self::$name(law) => law.softening_bound(rates)),+ } }
             fn feels_force_rate(&self) -> bool { match self { $(Self::$name(law) => law.feels_force_rate()),+ } }
             #[inline]

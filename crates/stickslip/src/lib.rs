@@ -51,6 +51,7 @@
 //! |---|---|
 //! | [`observer`] | what a run is asked for while it runs: write one, and it works for every engine |
 //! | [`section`] | the states in which a motion meets a surface |
+//! | [`steady_motion`] | the motion after a transient: regime, period, extremes, points |
 //! | [`regime`] | the kind of a steady motion, in one word |
 //! | [`zero_one`] | the 0–1 test for chaos |
 //! | [`lyapunov`] | the largest Lyapunov exponent of a motion |
@@ -62,7 +63,7 @@
 //! | [`ensemble`] | many runs of one document |
 //! | [`rows`] | many runs of one document, a row of values for each |
 //! | [`batch`] | many runs over parameters and starts, on all cores |
-//! | [`sweep`] | steady motions over parameters and starts: regime, period, extremes, points |
+//! | [`sweep`] | steady motions over parameters and starts |
 //! | [`lanes`] | many oscillators at once, one in each lane of the registers of a processor |
 //!
 //! ## Derivatives and measured motions
@@ -79,7 +80,7 @@
 //! | [`arithmetic`] | numbers that the rest is computed with |
 //! | [`clock`] | time that adds up without losing its last digit |
 //! | [`dual`] | numbers that carry their derivatives |
-//! | [`series`] | Taylor coefficients, their recursions, the certified first root |
+//! | [`series`] | Taylor coefficients and their recursions |
 //! | [`elementary`] | exponential, logarithm, sine and their kin with the same bits on every machine |
 //!
 //! ## Errors
@@ -118,7 +119,7 @@ pub use arithmetic::{clock, dual, elementary, series};
 pub use engine::{event_sequence, hybrid_state, mode};
 pub use ensemble::{batch, rows, sweep};
 pub use model::{drive, harmonic, normal_force, oscillator, spring, state_system, system};
-pub use observer::{lyapunov, regime, section, zero_one};
+pub use observer::{lyapunov, regime, section, steady_motion, zero_one};
 pub use simulate::watch;
 
 pub(crate) use arithmetic::matrix;

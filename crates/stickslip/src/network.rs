@@ -140,13 +140,13 @@ const STILL: f64 = 1e-12;
 
 /// What a contact does and remembers.
 #[derive(Clone, Copy, Debug)]
-struct Contact {
+struct ContactState {
     /// Sign of w, 0 while stuck.
     direction: f64,
     piece: Piece,
     memory: Memory,
     /// When it stuck.
-    since: Clock,
+    stuck_since: Clock,
     /// The force of a stuck contact that is at its limit while others hold it, else 0.
     pinned: f64,
     /// The slip acceleration is zero at the start of the piece, by what led there.
@@ -159,11 +159,11 @@ struct Contact {
     between: Option<[f64; 2]>,
     /// The slip velocity that is kept then; it is 0 where the contact is stuck.
     kept: f64,
-    /// The bodies are apart: their normal force is 0 until it grows again.
-    apart: bool,
+    /// The bodies are separated: their normal force is 0 until it grows again.
+    separated: bool,
 }
 
-impl Contact {
+impl ContactState {
     /// Friction on its mass at a slip speed, by the law of its direction.
     fn friction(&self, law: &Law, speed: f64) -> f64 {
         self.direction * law.toward(self.direction).force(&self.piece, speed)
@@ -175,7 +175,7 @@ impl Contact {
             (self.pinned, 0.0)
         } else if self.between.is_some() {
             (0.0, f64::INFINITY)
-        } else if self.apart {
+        } else if self.separated {
             (0.0, f64::NEG_INFINITY)
         } else {
             (self.piece.offset, self.piece.slope)
@@ -184,7 +184,7 @@ impl Contact {
             direction: self.direction,
             offset,
             slope,
-            still: false,
+            zero_slope: false,
         }
     }
 }
@@ -198,7 +198,7 @@ pub(crate) struct Loop<'a> {
     clock: Clock,
     x: Vec<f64>,
     v: Vec<f64>,
-    contacts: Vec<Contact>,
+    contacts: Vec<ContactState>,
     force_lines: Vec<ForceLine>,
     held: Held,
     /// The largest speed so far.
@@ -206,7 +206,7 @@ pub(crate) struct Loop<'a> {
     /// The largest acceleration so far, or that of the largest speed at the rate of the masses.
     acceleration: f64,
     /// A slip acceleration below this share of the largest one is none where a slip begins without one.
-    still: f64,
+    zero_share: f64,
     steps: Vec<f64>,
     events: Vec<Event>,
     pub(crate) work: Work,
@@ -224,18 +224,18 @@ impl<'a> Loop<'a> {
     fn new(system: &'a System, run: &Run) -> Self {
         let frame = Frame::of(system);
         let n = system.masses();
-        let still = Contact {
+        let stuck = ContactState {
             direction: 0.0,
             piece: Piece::constant(0.0),
             memory: Memory::default(),
-            since: Clock::default(),
+            stuck_since: Clock::default(),
             pinned: 0.0,
             at_reversal: false,
             steep: 0.0,
             sense: 0.0,
             between: None,
             kept: 0.0,
-            apart: false,
+            separated: false,
         };
         let x = run.x0.clone().unwrap_or_else(|| vec![0.0; n]);
         let mut motion = Motion::of(&frame);
@@ -249,11 +249,11 @@ impl<'a> Loop<'a> {
             clock: Clock::default(),
             x,
             v: run.v0.clone().unwrap_or_else(|| system.driven_velocities()),
-            contacts: vec![still; system.contacts.len()],
+            contacts: vec![stuck; system.contacts.len()],
             force_lines: Vec::new(),
             scale: 0.0,
             acceleration: 0.0,
-            still: STILL,
+            zero_share: STILL,
             steps: Vec::new(),
             events: Vec::new(),
             work: Work::default(),
@@ -463,19 +463,19 @@ impl<'a> Loop<'a> {
             let size = self.acceleration;
             // A start that has no slope is expanded without one: what follows may be less than what rounding makes of it.
             for (c, contact) in self.contacts.iter_mut().enumerate() {
-                if contact.direction != 0.0 && contact.between.is_none() && !contact.apart {
+                if contact.direction != 0.0 && contact.between.is_none() && !contact.separated {
                     let slope = self.motion.u.of(1)[c].abs();
-                    let still = self.still * size;
+                    let zero = self.zero_share * size;
                     // What a slip speed of rounding makes of it along a steep line only lets the search ignore its sign.
                     let steep = ROUNDING * self.scale * contact.steep * self.frame.coupling(c, c);
-                    contact.at_reversal &= slope <= still.max(steep);
-                    self.force_lines[c].still = contact.at_reversal && slope <= still;
+                    contact.at_reversal &= slope <= zero.max(steep);
+                    self.force_lines[c].zero_slope = contact.at_reversal && slope <= zero;
                     if !contact.at_reversal {
                         contact.steep = 0.0;
                     }
                 }
             }
-            if self.force_lines.iter().any(|force_line| force_line.still) {
+            if self.force_lines.iter().any(|force_line| force_line.zero_slope) {
                 self.series();
             }
             let mut reversed = false;
@@ -529,7 +529,7 @@ impl<'a> Loop<'a> {
         }
         self.force_lines.clear();
         self.force_lines
-            .extend(self.contacts.iter().map(Contact::force_line));
+            .extend(self.contacts.iter().map(ContactState::force_line));
         let stuck = (0..self.contacts.len()).filter(|&c| self.force_lines[c].holds());
         if !stuck.clone().eq(self.held.contacts.iter().copied()) {
             self.held = self.frame.held_along(stuck.collect());
@@ -546,12 +546,7 @@ impl<'a> Loop<'a> {
             } else {
                 contact.piece.branch
             };
-            self.steps.extend([
-                force_line.direction,
-                force_line.offset,
-                force_line.slope,
-                orbit::marked(branch, force_line.still),
-            ]);
+            self.steps.extend(orbit::contact_numbers(force_line, branch));
         }
         self.steps
             .extend(self.motion.pieces.iter().map(|&piece| piece as f64));
@@ -575,7 +570,7 @@ impl<'a> Loop<'a> {
     fn advance(&mut self, h: f64) {
         self.motion.advance(h, &mut self.x, &mut self.v);
         self.clock = self.clock.after(h);
-        self.still = STILL;
+        self.zero_share = STILL;
     }
 
     /// The normal force of a contact over that of its law.
@@ -598,15 +593,15 @@ impl<'a> Loop<'a> {
     /// Friction of a contact in slip at a speed.
     fn friction(&self, c: usize, speed: f64) -> f64 {
         let contact = &self.contacts[c];
-        if contact.apart {
+        if contact.separated {
             0.0
         } else {
             self.normal(c).max(0.0) * contact.friction(self.laws[c], speed)
         }
     }
 
-    fn rested(&self, c: usize) -> f64 {
-        -self.clock.until(self.contacts[c].since.high) + self.contacts[c].since.low
+    fn stick_time(&self, c: usize) -> f64 {
+        -self.clock.until(self.contacts[c].stuck_since.high) + self.contacts[c].stuck_since.low
     }
 
     fn tell(&mut self, kind: Kind, contact: usize, force: f64) {

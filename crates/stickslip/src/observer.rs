@@ -32,6 +32,7 @@
 pub mod lyapunov;
 pub mod regime;
 pub mod section;
+pub mod steady_motion;
 pub mod zero_one;
 
 use crate::clock::Clock;

@@ -1,7 +1,7 @@
 //! A law along a measured motion: the friction it predicts for a given slip velocity over time.
 
 use crate::error::{Error, wrong};
-use crate::law::{End, Friction, Hold, Law, Memory, Piece};
+use crate::law::{End, Friction, Law, Memory, Piece, Rest};
 
 /// The friction force of `law` along samples of time, slip velocity and adhesion.
 ///
@@ -31,15 +31,15 @@ pub fn force_along(
     let mut memory = Memory::default();
     let mut force = Vec::with_capacity(t.len());
     let mut stuck_since = None;
-    let mut hold = Hold::default();
+    let mut rest = Rest::default();
     let mut slip: Option<Follow> = None;
     for i in 0..t.len() {
         if stuck[i] {
             let since = *stuck_since.get_or_insert(t[i]);
-            hold = Hold::new(t[i] - since, force_rate[i].abs());
+            rest = Rest::new(t[i] - since, force_rate[i].abs());
             slip = None;
             let direction = force_rate[i].signum();
-            force.push(direction * law.toward(direction).break_away(hold));
+            force.push(direction * law.toward(direction).static_limit(rest));
             continue;
         }
         memory.force_rate = force_rate[i].abs();
@@ -57,9 +57,9 @@ pub fn force_along(
                     )
                 } else {
                     if stuck_since.is_none() {
-                        hold = Hold::new(0.0, memory.force_rate);
+                        rest = Rest::new(0.0, memory.force_rate);
                     }
-                    law.leave(law.break_away(hold), &mut memory)
+                    law.leave(law.static_limit(rest), &mut memory)
                 };
                 other.insert(Follow {
                     direction,

@@ -1,6 +1,6 @@
 //! Runs of one mass in closed form: from where, how long, and why they ended.
 
-mod closed_loop;
+mod one_mass;
 pub mod watch;
 
 use crate::clock::Clock;
@@ -12,7 +12,7 @@ use crate::named::named;
 use crate::network;
 use crate::orbit::{Orbit, Record, While};
 use crate::oscillator::{Oscillator, with_harmonics};
-use closed_loop::{Loop, Passed};
+use one_mass::{Loop, Passed};
 
 named! {
     /// Why a run ended. Ending is a value, not an error.

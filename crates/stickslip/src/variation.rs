@@ -23,11 +23,11 @@ mod varied;
 
 pub use boundary::{Boundary, Test};
 pub(crate) use state::contact_of;
-pub use state::{CONTACT, ContactState, Ending, Flags, Layout, Phase, State};
+pub use state::{CONTACT, ContactMode, Ending, Flags, Layout, Phase, State};
 pub use varied::Varied;
 
 use saltation::PhaseEnd;
-use segment::{Course, Expansion};
+use segment::{Expansion, VariedMotion};
 use state::Moving;
 
 use crate::dual::Dual;
@@ -82,49 +82,49 @@ pub fn follow(
     varied: &Varied,
     start: &State,
     phases: &[Phase],
-    last: &[ContactState],
+    last: &[ContactMode],
     keep: Keep,
     tests: bool,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Followed, Error> {
-    let course = Course::new(varied);
-    let (width, lanes) = (course.layout.width(), varied.lanes());
+    let motion = VariedMotion::new(varied);
+    let (width, directions) = (motion.layout.width(), varied.directions());
     let reseed = keep == Keep::Phases;
     let kept = match keep {
         Keep::All | Keep::Phases => phases.len(),
         Keep::Last => 1,
         Keep::Nothing => 0,
     };
-    if kept.saturating_mul(width * lanes * size_of::<f64>()) > MOST_BYTES.saturating_mul(4) {
+    if kept.saturating_mul(width * directions * size_of::<f64>()) > MOST_BYTES.saturating_mul(4) {
         return wrong(format!(
             "the derivatives of {} events of this system take more than 4 GiB: follow fewer at a time",
             phases.len()
         ));
     }
     let mut followed = Followed {
-        rates: Vec::with_capacity(kept * width * lanes),
+        rates: Vec::with_capacity(kept * width * directions),
         ..Followed::default()
     };
     let mut carried = None;
     // The derivatives so far, row after row; what a phase adds is found by its own start.
-    let unit = identity(width, lanes);
+    let unit = identity(width, directions);
     let mut begun = unit.clone();
     if !varied.start.is_empty() {
-        let parameters = lanes - width;
+        let parameters = directions - width;
         for (row, rates) in begun
-            .chunks_exact_mut(lanes)
+            .chunks_exact_mut(directions)
             .zip(varied.start.chunks_exact(parameters))
         {
             row[width..].copy_from_slice(rates);
         }
     }
-    let mut rows = vec![0.0; width * lanes];
-    let mut expansion = course.expansion();
+    let mut rows = vec![0.0; width * directions];
+    let mut expansion = motion.expansion();
     for (index, phase) in phases.iter().enumerate() {
         if !go_on() {
             break;
         }
-        let next = phases.get(index + 1).map_or(last, |phase| &phase.contact_states);
+        let next = phases.get(index + 1).map_or(last, |phase| &phase.contact_modes);
         let rates = match index {
             _ if reseed => &unit,
             0 => &begun,
@@ -132,28 +132,28 @@ pub fn follow(
         };
         // A series costs the more, the more directions move along; a closed form does not, and takes all derivatives so far
         // through the phase, while their products are numbers.
-        let through = course.is_closed()
-            && (rates[..course.layout.contact(0) * lanes].iter()).all(|rate| rate.abs() < TAKEN_THROUGH);
+        let through = motion.is_closed()
+            && (rates[..motion.layout.contact(0) * directions].iter()).all(|rate| rate.abs() < TAKEN_THROUGH);
         let state = followed.states.last().unwrap_or(start);
         let seeded = match carried.take() {
-            _ if keep == Keep::Nothing => state.still(1),
+            _ if keep == Keep::Nothing => state.without_derivatives(1),
             Some(carried) if through && !reseed => carried,
-            _ if through => state.moving(course.all_lanes(), rates, lanes),
-            _ => state.seeded(course.all_lanes()),
+            _ if through => state.moving(motion.all_directions(), rates, directions),
+            _ => state.seeded(motion.all_directions()),
         };
         let mut tau = phase.duration;
-        course.go(&seeded, &phase.contact_states, tau, &mut expansion);
-        let mut guard = course.guard(&seeded, phase, tau, &expansion);
-        let mut rest = Course::step(&guard);
+        motion.go(&seeded, &phase.contact_modes, tau, &mut expansion);
+        let mut guard = motion.guard(&seeded, phase, tau, &expansion);
+        let mut rest = VariedMotion::step(&guard);
         // A motion so near its end moves there by its rates.
-        if rest.is_nan() || rest.abs() > NEAR / expansion.pace(&course.frame) {
-            tau = end_of(&course, &state.still(1), phase, &mut expansion)
+        if rest.is_nan() || rest.abs() > NEAR / expansion.pace(&motion.frame) {
+            tau = end_of(&motion, &state.without_derivatives(1), phase, &mut expansion)
                 .ok_or_else(|| lost(index, "does not end"))?;
-            course.go(&seeded, &phase.contact_states, tau, &mut expansion);
-            guard = course.guard(&seeded, phase, tau, &expansion);
+            motion.go(&seeded, &phase.contact_modes, tau, &mut expansion);
+            guard = motion.guard(&seeded, phase, tau, &expansion);
             rest = 0.0;
         }
-        let moves = Course::moves(&guard);
+        let moves = VariedMotion::moves(&guard);
         let end = PhaseEnd {
             index,
             phase,
@@ -163,10 +163,10 @@ pub fn follow(
             rest,
             next,
         };
-        let after = course.pass(&end, &moves);
+        let after = motion.pass(&end, &moves);
         let strays = |number: &Dual| !number.rates.iter().all(|rate| rate.is_finite());
-        let motion = &after.numbers[..course.layout.contact(0)];
-        if motion
+        let moved = &after.numbers[..motion.layout.contact(0)];
+        if moved
             .iter()
             .any(|number| !number.value.is_finite() || strays(number))
         {
@@ -179,21 +179,21 @@ pub fn follow(
         }
         if tests {
             let first = followed.tests.len();
-            course.boundaries(&end, &mut followed.tests);
-            course.entry(&end, &moves, &mut followed.tests);
+            motion.boundaries(&end, &mut followed.tests);
+            motion.entry(&end, &moves, &mut followed.tests);
             for test in followed.tests[first..].iter_mut().filter(|_| !through) {
-                let mut row = vec![0.0; lanes];
+                let mut row = vec![0.0; directions];
                 chain(&test.value, rates, width, &mut row);
-                test.value.rates[..lanes].copy_from_slice(&row);
+                test.value.rates[..directions].copy_from_slice(&row);
             }
         }
         if through {
-            for (number, row) in after.numbers.iter().zip(rows.chunks_exact_mut(lanes)) {
-                row.copy_from_slice(&number.rates[..lanes]);
+            for (number, row) in after.numbers.iter().zip(rows.chunks_exact_mut(directions)) {
+                row.copy_from_slice(&number.rates[..directions]);
             }
         } else {
-            let mut chained = vec![0.0; width * lanes];
-            for (number, row) in after.numbers.iter().zip(chained.chunks_exact_mut(lanes)) {
+            let mut chained = vec![0.0; width * directions];
+            for (number, row) in after.numbers.iter().zip(chained.chunks_exact_mut(directions)) {
                 chain(number, rates, width, row);
             }
             rows = chained;
@@ -209,18 +209,18 @@ pub fn follow(
 }
 
 /// Every number of a state moves with itself.
-fn identity(width: usize, lanes: usize) -> Vec<f64> {
-    let mut rows = vec![0.0; width * lanes];
-    for lane in 0..width {
-        rows[lane * lanes + lane] = 1.0;
+fn identity(width: usize, directions: usize) -> Vec<f64> {
+    let mut rows = vec![0.0; width * directions];
+    for axis in 0..width {
+        rows[axis * directions + axis] = 1.0;
     }
     rows
 }
 
 /// The derivatives of a number by the start of the event sequence, from those by the start of the phase and of that by the event sequence's.
 fn chain(number: &Dual, rates: &[f64], width: usize, row: &mut [f64]) {
-    let lanes = row.len();
-    row[width..].copy_from_slice(&number.rates[width..lanes]);
+    let directions = row.len();
+    row[width..].copy_from_slice(&number.rates[width..directions]);
     for (slope, from) in number.rates.iter().zip(rates.chunks_exact(row.len())) {
         if *slope != 0.0 {
             for (rate, from) in row.iter_mut().zip(from) {
@@ -231,18 +231,18 @@ fn chain(number: &Dual, rates: &[f64], width: usize, row: &mut [f64]) {
 }
 
 /// When the phase ends, near where it did: Newton. The start needs the derivative by time alone.
-fn end_of(course: &Course, start: &Moving, phase: &Phase, expansion: &mut Expansion) -> Option<f64> {
+fn end_of(motion: &VariedMotion, start: &Moving, phase: &Phase, expansion: &mut Expansion) -> Option<f64> {
     let mut tau = phase.duration;
     if phase.ending == Ending::Time {
         return Some(tau);
     }
-    course.go(start, &phase.contact_states, tau, expansion);
+    motion.go(start, &phase.contact_modes, tau, expansion);
     let mut best = f64::INFINITY;
     for round in 0..60 {
-        let rate = expansion.pace(&course.frame);
+        let rate = expansion.pace(&motion.frame);
         let longest = 0.3 / rate;
-        let guard = course.guard(start, phase, tau, expansion);
-        let step = Course::step(&guard);
+        let guard = motion.guard(start, phase, tau, expansion);
+        let step = VariedMotion::step(&guard);
         if !step.is_finite() {
             return (guard.value == 0.0).then_some(tau);
         }
@@ -258,7 +258,7 @@ fn end_of(course: &Course, start: &Moving, phase: &Phase, expansion: &mut Expans
         best = best.min(step.abs());
         let step = step.clamp(-longest, longest);
         tau += step;
-        course.shift(start, &phase.contact_states, tau, expansion);
+        motion.shift(start, &phase.contact_modes, tau, expansion);
         if step.abs() <= 1e-16 * tau.abs() {
             return Some(tau);
         }

@@ -13,7 +13,8 @@ use stickslip::orbit::{Event, Record, Segment};
 use stickslip::oscillator::Oscillator;
 use stickslip::rows::Rows;
 use stickslip::simulate::{Run, resume, simulate};
-use stickslip::sweep::{Look, Steady, Sweep};
+use stickslip::steady_motion::{Look, Steady};
+use stickslip::sweep::Sweep;
 
 #[path = "support/dice.rs"]
 mod dice;

@@ -11,7 +11,7 @@ use stickslip::oscillator::Oscillator;
 use stickslip::regime::Regime;
 use stickslip::section::Surface;
 use stickslip::simulate::{Run, Stop, simulate, simulate_while};
-use stickslip::sweep::{Look, steady};
+use stickslip::steady_motion::{Look, steady};
 use stickslip::system::System;
 use support::close;
 

@@ -3,8 +3,8 @@
 use stickslip::drive::Drive;
 use stickslip::harmonic::Harmonic;
 use stickslip::law::{
-    BogaczRyczek, Coulomb, Cubic, DwellTime, ExponentialStribeck, Friction, Hold, Law, PiecewiseLinear,
-    PoppStelter, Rational, StaticKinetic,
+    BogaczRyczek, Coulomb, Cubic, DwellTime, ExponentialStribeck, Friction, Law, PiecewiseLinear,
+    PoppStelter, Rational, Rest, StaticKinetic,
 };
 use stickslip::mode::Kind;
 use stickslip::network::{self, Run};
@@ -318,7 +318,7 @@ fn audit(system: &System, t_end: f64) -> (f64, f64) {
                     let across = v[contact.mass] - contact.other.map_or(0.0, |other| v[other]);
                     power += states.force[c] * across;
                     if direction == 0.0 {
-                        let static_limit = contact.law.break_away(Hold::new(t_end, 0.0));
+                        let static_limit = contact.law.static_limit(Rest::new(t_end, 0.0));
                         assert!(
                             states.force[c].abs() <= static_limit + 1e-12,
                             "overloaded at {t}: {system:?}"

@@ -15,11 +15,11 @@ pub enum Rates {
 }
 
 impl Rates {
-    fn zero(lanes: usize) -> Self {
-        if lanes <= FEW {
-            Self::Few([0.0; FEW], lanes)
+    fn zero(directions: usize) -> Self {
+        if directions <= FEW {
+            Self::Few([0.0; FEW], directions)
         } else {
-            Self::Many(vec![0.0; lanes])
+            Self::Many(vec![0.0; directions])
         }
     }
 }
@@ -28,7 +28,7 @@ impl Deref for Rates {
     type Target = [f64];
     fn deref(&self) -> &[f64] {
         match self {
-            Self::Few(rates, lanes) => &rates[..*lanes],
+            Self::Few(rates, directions) => &rates[..*directions],
             Self::Many(rates) => rates,
         }
     }
@@ -37,7 +37,7 @@ impl Deref for Rates {
 impl DerefMut for Rates {
     fn deref_mut(&mut self) -> &mut [f64] {
         match self {
-            Self::Few(rates, lanes) => &mut rates[..*lanes],
+            Self::Few(rates, directions) => &mut rates[..*directions],
             Self::Many(rates) => rates,
         }
     }
@@ -53,20 +53,20 @@ pub struct Dual {
 }
 
 impl Dual {
-    /// A number that does not vary along `lanes` directions.
+    /// A number that does not vary along `directions` directions.
     #[must_use]
-    pub fn fixed(value: f64, lanes: usize) -> Self {
+    pub fn fixed(value: f64, directions: usize) -> Self {
         Self {
             value,
-            rates: Rates::zero(lanes),
+            rates: Rates::zero(directions),
         }
     }
 
-    /// The coordinate of direction `lane`.
+    /// The coordinate of direction `axis`.
     #[must_use]
-    pub fn along(value: f64, lane: usize, lanes: usize) -> Self {
-        let mut number = Self::fixed(value, lanes);
-        number.rates[lane] = 1.0;
+    pub fn along(value: f64, axis: usize, directions: usize) -> Self {
+        let mut number = Self::fixed(value, directions);
+        number.rates[axis] = 1.0;
         number
     }
 
@@ -74,8 +74,8 @@ impl Dual {
     #[inline]
     pub fn shift(&mut self, slope: f64, other: &Self) {
         // As many as there is room for: a count that is known lets a processor take several at once.
-        if let (Rates::Few(rates, lanes), Rates::Few(along, _)) = (&mut self.rates, &other.rates)
-            && *lanes > FEW / 2
+        if let (Rates::Few(rates, directions), Rates::Few(along, _)) = (&mut self.rates, &other.rates)
+            && *directions > FEW / 2
         {
             for (rate, along) in rates.iter_mut().zip(along) {
                 *rate += slope * along;

@@ -13,7 +13,7 @@ use crate::orbit::{Orbit, Segment};
 use crate::oscillator::{Oscillator, with_harmonics};
 use crate::simulate::{self, Run, Stop};
 use crate::system::System;
-use crate::variation::{ContactState, Ending, Phase, State, contact_of};
+use crate::variation::{ContactMode, Ending, Phase, State, contact_of};
 
 /// A start, what follows, and why the run ended.
 #[derive(Clone, Debug)]
@@ -70,7 +70,7 @@ fn first<const H: usize>(oscillator: &Oscillator, (x, v): (f64, f64), memory: &m
 pub fn from(
     oscillator: &Oscillator,
     state: &State,
-    contact_state: ContactState,
+    contact_state: ContactMode,
     duration: f64,
     max_events: u64,
     go_on: impl FnMut() -> bool,
@@ -83,7 +83,7 @@ pub fn from(
     let [t, x, v] = [0, 1, 2].map(number);
     let run = Run {
         x0: x,
-        v0: Some(if contact_state == ContactState::Stick {
+        v0: Some(if contact_state == ContactMode::Stick {
             oscillator.drive_velocity
         } else {
             v
@@ -93,8 +93,8 @@ pub fn from(
     };
     let (piece, memory) = state.contact(3, 0);
     let mode = match contact_state {
-        ContactState::Stick => Mode::Stick,
-        ContactState::Slip(direction) => {
+        ContactMode::Stick => Mode::Stick,
+        ContactMode::Slip(direction) => {
             let u = direction * (oscillator.drive_velocity - v);
             let forcing: f64 = oscillator
                 .forcing
@@ -118,7 +118,7 @@ pub fn from(
                 start,
             }
         }
-        ContactState::Hold(direction) => {
+        ContactMode::Hold(direction) => {
             let u = direction * (oscillator.drive_velocity - v);
             Mode::Hold {
                 direction,
@@ -149,13 +149,13 @@ fn start((t, x, v): (f64, f64, f64), piece: &Piece, memory: &Memory) -> State {
     }
 }
 
-fn contact_state_of(segment: &Segment) -> ContactState {
+fn contact_state_of(segment: &Segment) -> ContactMode {
     if segment.direction == 0.0 {
-        ContactState::Stick
+        ContactMode::Stick
     } else if segment.slope.is_infinite() {
-        ContactState::Hold(segment.direction)
+        ContactMode::Hold(segment.direction)
     } else {
-        ContactState::Slip(segment.direction)
+        ContactMode::Slip(segment.direction)
     }
 }
 
@@ -167,7 +167,7 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
         let contact_state = contact_state_of(segment);
         let Some(event) = orbit.events.get(index) else {
             phases.push(Phase {
-                contact_states: vec![contact_state],
+                contact_modes: vec![contact_state],
                 contact: 0,
                 ending: Ending::Time,
                 duration: segment.clock.until(end),
@@ -178,7 +178,7 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
         let ending = match (event.kind, contact_state) {
             (Kind::Release, _) => Ending::Release,
             (Kind::Capture | Kind::Crossing, _) => Ending::Line(End::Low),
-            (Kind::Reversal, ContactState::Hold(direction)) => {
+            (Kind::Reversal, ContactMode::Hold(direction)) => {
                 end_of_hold(&oscillator.law, direction, u, event.force)
             }
             (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Reversal {
@@ -195,7 +195,7 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
             .get(index + 1)
             .map_or(segment.clock, |next| next.clock);
         phases.push(Phase {
-            contact_states: vec![contact_state],
+            contact_modes: vec![contact_state],
             contact: 0,
             ending,
             duration: (next.high - segment.clock.high) + (next.low - segment.clock.low),

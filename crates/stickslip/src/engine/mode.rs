@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use crate::event::Start;
 use crate::flow::exact::Frame;
-use crate::law::{End, Friction, Hold, Law, Memory, Piece};
+use crate::law::{End, Friction, Law, Memory, Piece, Rest};
 use crate::named::named;
 
 /// What the contact does.
@@ -80,7 +80,7 @@ pub fn first<const H: usize>(
     // m u̇ = σ·holding − D u − f(u): the friction that would keep the slip speed.
     let balance = direction * holding - frame.damping * w.abs();
     let law = law.toward(direction);
-    if let Some(between @ [falling, rising]) = apart(law, w.abs())
+    if let Some(between @ [falling, rising]) = branch_gap(law, w.abs())
         && falling < balance
         && balance < rising
     {
@@ -100,7 +100,7 @@ pub fn first<const H: usize>(
 
 /// The mode at zero slip velocity: adhesion if it can bear the holding force, else slip towards it.
 pub fn at_zero(law: &Law, holding: f64, rate: f64, memory: &mut Memory) -> Mode {
-    let static_limit = law.toward(holding).break_away(Hold::new(0.0, rate.abs()));
+    let static_limit = law.toward(holding).static_limit(Rest::new(0.0, rate.abs()));
     if holding.abs() <= static_limit {
         Mode::Stick
     } else {
@@ -126,7 +126,7 @@ pub fn slip_from_zero(law: &Law, pull: f64, force: f64, memory: &mut Memory) -> 
 /// The mode after `piece` ended by `end` away from zero speed.
 pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Mode {
     let law = law.toward(direction);
-    let branches = apart(law, u);
+    let branches = branch_gap(law, u);
     if let (End::Reversal { rising }, Some(between)) = (end, branches)
         && between[0] < between[1]
     {
@@ -167,7 +167,7 @@ pub fn after_hold(law: &Law, direction: f64, u: f64, end: End, memory: &mut Memo
 }
 
 /// Friction while the slip speed falls and while it rises, where the two differ by more than rounding.
-pub(crate) fn apart(law: &Law, u: f64) -> Option<[f64; 2]> {
+pub(crate) fn branch_gap(law: &Law, u: f64) -> Option<[f64; 2]> {
     law.branches(u)
         .filter(|[falling, rising]| (falling - rising).abs() > 1e-12 * rising.abs())
 }

@@ -4,7 +4,7 @@ use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::flow::taylor::{Coefficients, ForceLine, Frame, Motion};
-use crate::network::orbit::Expansion;
+use crate::network::orbit::ExpandedSteps;
 use crate::network::{Loop, Orbit, ROUNDING, Run};
 use crate::observer::{Course, Observer};
 use crate::section::{Cut, Guard, Point};
@@ -217,7 +217,7 @@ impl<'a> ReplaySteps<'a> {
 
 impl Engine for ReplaySteps<'_> {
     fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error> {
-        let mut steps = Expansion::new(self.orbit);
+        let mut steps = ExpandedSteps::new(self.orbit);
         let mut events = self.orbit.events.iter().peekable();
         let mut scale = f64::MIN_POSITIVE;
         for index in 0..steps.count() {

@@ -1,12 +1,13 @@
 //! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
 
+use super::first_root::borne_step;
 use super::search::{DEGREE, Ends, Motion, Sample, first_exit};
 use super::slip::{add_waves, waves};
 use super::{ANEW, BESIDE, Start, changes_sign};
 use crate::flow::enclosure::bounds;
 use crate::flow::exact::Stick;
-use crate::law::{End, Friction, Hold, Law};
-use crate::series::{borne_step, free_time};
+use crate::law::{End, Friction, Law, Rest};
+use crate::series::free_time;
 use crate::watch::Watched;
 
 /// The friction force that holds a speed.
@@ -135,9 +136,9 @@ fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, static_limit: Option<[f64
     let fastest = stick.frequency.iter().copied().fold(0.0, f64::max);
     changes_sign(t, if H == 0 { 0.0 } else { BESIDE / fastest }, |t| {
         let (force, rate, _) = stick.at(t);
-        let hold = Hold::new(t, rate.abs());
+        let rest = Rest::new(t, rate.abs());
         let limit = static_limit.map_or_else(
-            || law.toward(force.signum()).break_away(hold),
+            || law.toward(force.signum()).static_limit(rest),
             |[backward, forward]| if force < 0.0 { backward } else { forward },
         );
         [limit - force.abs(), ANEW * stick.rounding(t, limit)]
@@ -187,7 +188,7 @@ fn growing_limit<const H: usize, const SIDE: i32>(
     } else {
         1.0 / stick.frequency.iter().copied().fold(0.0, f64::max)
     };
-    let limit = |t: f64, rate: f64| law.break_away(Hold::new(t, rate.abs()));
+    let limit = |t: f64, rate: f64| law.static_limit(Rest::new(t, rate.abs()));
     loop {
         if work.ends(t) {
             return None;
@@ -275,7 +276,7 @@ fn close<const H: usize, const SIDE: i32>(
         }
         work.evaluations += 1;
         let (force, rate, curvature) = stick.at(t);
-        let limit = law.adhesion(Hold::new(t, rate.abs()));
+        let limit = law.adhesion(Rest::new(t, rate.abs()));
         let (size, sign) = outward_of::<SIDE>(force);
         let margin = limit.force - size;
         let rounding = stick.rounding(t, limit.force);

@@ -36,7 +36,7 @@ pub(crate) struct ForceLine {
     /// The slope of that line; infinite where the slip speed is held, −infinite where the bodies are apart.
     pub slope: f64,
     /// The slip acceleration is zero at the start, by what led there: rounding must not give it a sign.
-    pub still: bool,
+    pub zero_slope: bool,
 }
 
 impl ForceLine {
@@ -45,7 +45,7 @@ impl ForceLine {
         direction: 0.0,
         offset: 0.0,
         slope: 0.0,
-        still: false,
+        zero_slope: false,
     };
 
     /// Whether friction here is the reaction of a constraint: adhesion, or a slip speed that is held between two branches.
@@ -55,7 +55,7 @@ impl ForceLine {
     }
 
     /// Whether the bodies are apart.
-    pub(crate) fn apart(&self) -> bool {
+    pub(crate) fn separated(&self) -> bool {
         self.slope == f64::NEG_INFINITY
     }
 
@@ -676,7 +676,7 @@ impl Motion {
             direction,
             offset,
             slope,
-            still,
+            zero_slope,
         } = force_line;
         if force_line.holds() {
             for k in 0..order {
@@ -700,7 +700,7 @@ impl Motion {
                 slope * u[k] + if k == 0 { offset } else { 0.0 }
             };
             force[k] = direction * size;
-            let a = if still && k == 0 {
+            let a = if zero_slope && k == 0 {
                 drive[1]
             } else {
                 input[k] - spring * x[k] - damper * v[k] + pull * size

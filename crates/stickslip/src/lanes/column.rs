@@ -9,7 +9,7 @@ use crate::elementary::{PI, exp, sin_cos, whole_turns_less};
 use crate::event::Start;
 use crate::harmonic::Harmonic;
 use crate::hybrid_state::HybridState;
-use crate::law::{End as Ending, Friction, Hold, Law, Memory, Piece};
+use crate::law::{End as Ending, Friction, Law, Memory, Piece, Rest};
 use crate::mode::{Kind, Mode};
 use crate::orbit::{Event, Segment};
 use crate::oscillator::Oscillator;
@@ -238,7 +238,7 @@ impl Constants {
             return None;
         }
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
-        let static_limit = law.break_away(Hold::new(0.0, k * s));
+        let static_limit = law.static_limit(Rest::new(0.0, k * s));
         let pieces = lines_of(law, static_limit).filter(|_| s > 0.0)?;
         let offset = pieces[0].offset;
         let [growth, growth_rate] = match law.exponential_growth() {

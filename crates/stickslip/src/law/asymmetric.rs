@@ -1,6 +1,6 @@
 //! Friction that differs between the two directions of slip: a law for each.
 
-use super::{Friction, Hold, Law, Memory, Piece, StaticKinetic};
+use super::{Friction, Law, Memory, Piece, Rest, StaticKinetic};
 use crate::error::{Error, wrong};
 use crate::law::declaration::{Limited, parameters};
 
@@ -41,8 +41,10 @@ impl Friction for Asymmetric {
         Ok(())
     }
 
-    fn break_away(&self, hold: Hold) -> f64 {
-        self.forward.break_away(hold).min(self.backward.break_away(hold))
+    fn static_limit(&self, rest: Rest) -> f64 {
+        self.forward
+            .static_limit(rest)
+            .min(self.backward.static_limit(rest))
     }
 
     fn growth_bound(&self, stick_time: f64) -> f64 {

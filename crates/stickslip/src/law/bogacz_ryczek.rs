@@ -12,7 +12,7 @@
 //! ```
 
 use super::constant_or_nodes::Table;
-use super::{Adhesion, End, Friction, Hold, Memory, Piece, Point, StaticFriction};
+use super::{Adhesion, End, Friction, Memory, Piece, Point, Rest, StaticFriction};
 use crate::elementary::tan;
 use crate::error::{Error, misshapen};
 use crate::law::declaration::{Limited, Parameters, parameters, words};
@@ -275,12 +275,12 @@ impl Friction for BogaczRyczek {
         self.validate_branches(self.static_friction.without_rest(0.0))
     }
 
-    fn break_away(&self, hold: Hold) -> f64 {
-        self.static_friction.force(hold)
+    fn static_limit(&self, rest: Rest) -> f64 {
+        self.static_friction.force(rest)
     }
 
-    fn adhesion(&self, hold: Hold) -> Adhesion {
-        self.static_friction.at(hold)
+    fn adhesion(&self, rest: Rest) -> Adhesion {
+        self.static_friction.at(rest)
     }
 
     fn softening_bound(&self, rates: [f64; 2]) -> f64 {

@@ -1,7 +1,7 @@
 //! Static friction of one law with the kinetic friction of another: how a curve is given a memory.
 
 use super::static_kinetic::at_least_kinetic;
-use super::{Adhesion, DwellTime, End, ExponentialStribeck, Friction, Hold, Law, Memory, Piece};
+use super::{Adhesion, DwellTime, End, ExponentialStribeck, Friction, Law, Memory, Piece, Rest};
 use crate::error::{Error, wrong};
 use crate::law::declaration::{Limited, parameters};
 use crate::series::{Grown, Series};
@@ -32,7 +32,7 @@ impl Friction for Combined {
                          its static_friction instead"
                     .into());
         }
-        let static_limit = self.break_away(Hold::default());
+        let static_limit = self.static_limit(Rest::default());
         let first = self.leave(static_limit, &mut Memory::default());
         let kinetic = self.force(&first, 0.0);
         // A curve that is a sum begins within rounding of its own break-away force.
@@ -42,8 +42,8 @@ impl Friction for Combined {
         at_least_kinetic(static_limit, kinetic)
     }
 
-    fn break_away(&self, hold: Hold) -> f64 {
-        self.at_rest.break_away(hold)
+    fn static_limit(&self, rest: Rest) -> f64 {
+        self.at_rest.static_limit(rest)
     }
 
     fn growth_bound(&self, stick_time: f64) -> f64 {
@@ -54,8 +54,8 @@ impl Friction for Combined {
         self.at_rest.exponential_growth()
     }
 
-    fn adhesion(&self, hold: Hold) -> Adhesion {
-        self.at_rest.adhesion(hold)
+    fn adhesion(&self, rest: Rest) -> Adhesion {
+        self.at_rest.adhesion(rest)
     }
 
     fn softening_bound(&self, rates: [f64; 2]) -> f64 {

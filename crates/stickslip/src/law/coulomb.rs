@@ -1,6 +1,6 @@
 //! Coulomb friction: the same force at rest and in motion.
 
-use super::{Friction, Hold, Memory, Piece};
+use super::{Friction, Memory, Piece, Rest};
 use crate::law::declaration::parameters;
 
 parameters! {
@@ -12,7 +12,7 @@ parameters! {
 }
 
 impl Friction for Coulomb {
-    fn break_away(&self, _hold: Hold) -> f64 {
+    fn static_limit(&self, _rest: Rest) -> f64 {
         self.kinetic
     }
 

@@ -1,6 +1,6 @@
 //! Friction that weakens and then grows again, as a cubic.
 
-use super::{Friction, Hold, Memory, Piece};
+use super::{Friction, Memory, Piece, Rest};
 use crate::law::declaration::parameters;
 use crate::series::{Grown, Series, product};
 
@@ -17,7 +17,7 @@ parameters! {
 }
 
 impl Friction for Cubic {
-    fn break_away(&self, _hold: Hold) -> f64 {
+    fn static_limit(&self, _rest: Rest) -> f64 {
         self.at_rest
     }
 

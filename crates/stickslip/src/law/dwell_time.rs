@@ -1,6 +1,6 @@
 //! Static friction that grows while the contact rests.
 
-use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
+use super::{Adhesion, Friction, Memory, Piece, Rest, StaticFriction};
 use crate::law::declaration::parameters;
 
 parameters! {
@@ -30,16 +30,16 @@ impl DwellTime {
 }
 
 impl Friction for DwellTime {
-    fn break_away(&self, hold: Hold) -> f64 {
-        self.static_friction().force(hold)
+    fn static_limit(&self, rest: Rest) -> f64 {
+        self.static_friction().force(rest)
     }
 
     fn exponential_growth(&self) -> Option<[f64; 2]> {
         self.static_friction().exponential_growth()
     }
 
-    fn adhesion(&self, hold: Hold) -> Adhesion {
-        self.static_friction().at(hold)
+    fn adhesion(&self, rest: Rest) -> Adhesion {
+        self.static_friction().at(rest)
     }
 
     fn growth_bound(&self, stick_time: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! Friction that weakens exponentially with speed, with a viscous part.
 
 use super::static_kinetic::at_least_kinetic;
-use super::{Friction, Hold, Memory, Piece};
+use super::{Friction, Memory, Piece, Rest};
 use crate::elementary::exp;
 use crate::error::{Error, misshapen};
 use crate::law::declaration::{Limited, parameters};
@@ -42,7 +42,7 @@ impl Friction for ExponentialStribeck {
         Ok(())
     }
 
-    fn break_away(&self, _hold: Hold) -> f64 {
+    fn static_limit(&self, _rest: Rest) -> f64 {
         self.break_away
     }
 

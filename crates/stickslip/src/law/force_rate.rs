@@ -1,6 +1,6 @@
 //! Static friction that grows while the contact rests and falls with the rate at which it is loaded.
 
-use super::{Adhesion, Friction, Hold, Memory, Piece, StaticFriction};
+use super::{Adhesion, Friction, Memory, Piece, Rest, StaticFriction};
 use crate::law::declaration::parameters;
 
 parameters! {
@@ -40,12 +40,12 @@ impl ForceRate {
 }
 
 impl Friction for ForceRate {
-    fn break_away(&self, hold: Hold) -> f64 {
-        self.static_friction().force(hold)
+    fn static_limit(&self, rest: Rest) -> f64 {
+        self.static_friction().force(rest)
     }
 
-    fn adhesion(&self, hold: Hold) -> Adhesion {
-        self.static_friction().at(hold)
+    fn adhesion(&self, rest: Rest) -> Adhesion {
+        self.static_friction().at(rest)
     }
 
     fn softening_bound(&self, rates: [f64; 2]) -> f64 {

@@ -1,6 +1,6 @@
 //! Static friction that grows with the logarithm of rest, without end.
 
-use super::{Friction, Hold, Memory, Piece};
+use super::{Friction, Memory, Piece, Rest};
 use crate::elementary::ln_1p;
 use crate::law::declaration::parameters;
 
@@ -17,8 +17,8 @@ parameters! {
 }
 
 impl Friction for LogarithmicDwell {
-    fn break_away(&self, hold: Hold) -> f64 {
-        self.kinetic + self.growth * ln_1p(hold.stick_time.max(0.0) / self.onset)
+    fn static_limit(&self, rest: Rest) -> f64 {
+        self.kinetic + self.growth * ln_1p(rest.stick_time.max(0.0) / self.onset)
     }
 
     fn growth_bound(&self, stick_time: f64) -> f64 {

@@ -1,7 +1,7 @@
 //! Kinetic friction by a table of nodes, linear between them.
 
 use super::static_kinetic::at_least_kinetic;
-use super::{End, Friction, Hold, Memory, Piece, Point};
+use super::{End, Friction, Memory, Piece, Point, Rest};
 use crate::error::{Error, increasing};
 use crate::law::declaration::{Kind, Limited, Limits, Value, parameters};
 
@@ -45,7 +45,7 @@ impl Friction for PiecewiseLinear {
         at_least_kinetic(self.break_away, self.nodes[0][1])
     }
 
-    fn break_away(&self, _hold: Hold) -> f64 {
+    fn static_limit(&self, _rest: Rest) -> f64 {
         self.break_away
     }
 

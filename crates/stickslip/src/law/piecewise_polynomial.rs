@@ -2,7 +2,7 @@
 
 use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
-use super::{Friction, Hold, Memory, Piece, Point};
+use super::{Friction, Memory, Piece, Point, Rest};
 use crate::error::{Error, misshapen, wrong};
 use crate::law::declaration::{Limited, parameters};
 use crate::series::{Grown, Series, ZERO, compose};
@@ -155,7 +155,7 @@ impl Friction for PiecewisePolynomial {
         at_least_kinetic(self.break_away, self.nodes[0][1])
     }
 
-    fn break_away(&self, _hold: Hold) -> f64 {
+    fn static_limit(&self, _rest: Rest) -> f64 {
         self.break_away
     }
 

@@ -1,7 +1,7 @@
 //! The law of Popp and Stelter: a hyperbola that falls to a kinetic force, and a square that rises from it.
 
 use super::static_kinetic::at_least_kinetic;
-use super::{Friction, Hold, Memory, Piece};
+use super::{Friction, Memory, Piece, Rest};
 use crate::error::Error;
 use crate::law::declaration::{Limited, parameters};
 use crate::series::{Grown, Series, product, reciprocal};
@@ -27,7 +27,7 @@ impl Friction for PoppStelter {
         at_least_kinetic(self.break_away, self.kinetic)
     }
 
-    fn break_away(&self, _hold: Hold) -> f64 {
+    fn static_limit(&self, _rest: Rest) -> f64 {
         self.break_away
     }
 

@@ -1,6 +1,6 @@
 //! Friction that weakens with speed as a hyperbola.
 
-use super::{Friction, Hold, Memory, Piece};
+use super::{Friction, Memory, Piece, Rest};
 use crate::law::declaration::parameters;
 use crate::series::{Grown, Series, reciprocal};
 
@@ -15,7 +15,7 @@ parameters! {
 }
 
 impl Friction for Rational {
-    fn break_away(&self, _hold: Hold) -> f64 {
+    fn static_limit(&self, _rest: Rest) -> f64 {
         self.break_away
     }
 

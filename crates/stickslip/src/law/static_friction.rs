@@ -1,6 +1,6 @@
 //! The surface f_s(t_s, δ): static friction from stick time and force rate.
 
-use super::{Adhesion, Hold};
+use super::{Adhesion, Rest};
 use crate::elementary::{exp, exp_m1, power};
 use crate::error::Error;
 use crate::law::declaration::{Kind, Limited, Limits, Parameters, Value, parameters};
@@ -52,7 +52,7 @@ parameters! {
 }
 
 impl StaticFriction {
-    /// The same force whatever the hold.
+    /// The same force whatever the rest.
     pub(super) const fn constant(initial: f64) -> Self {
         Self {
             initial,
@@ -92,17 +92,17 @@ impl StaticFriction {
     }
 
     /// f_s(t_s, δ).
-    pub fn force(&self, hold: Hold) -> f64 {
-        let initial = self.without_rest(hold.force_rate);
-        if self.limit == 0.0 || hold.stick_time <= 0.0 {
+    pub fn force(&self, rest: Rest) -> f64 {
+        let initial = self.without_rest(rest.force_rate);
+        if self.limit == 0.0 || rest.stick_time <= 0.0 {
             return initial;
         }
-        let grown = -exp_m1(-self.rate * power(hold.stick_time, self.exponent));
-        initial + self.limit * grown * self.softened(hold.force_rate)[0]
+        let grown = -exp_m1(-self.rate * power(rest.stick_time, self.exponent));
+        initial + self.limit * grown * self.softened(rest.force_rate)[0]
     }
 
     /// The force and its derivatives.
-    pub(super) fn at(&self, hold: Hold) -> Adhesion {
+    pub(super) fn at(&self, rest: Rest) -> Adhesion {
         let mut at = Adhesion {
             force: self.initial,
             growth: 0.0,
@@ -110,13 +110,13 @@ impl StaticFriction {
             softening: 0.0,
         };
         for [drop, scale, exponent] in self.drops() {
-            let [share, falls] = fall(hold.force_rate, scale, exponent);
+            let [share, falls] = fall(rest.force_rate, scale, exponent);
             at.force += drop * share;
             at.softening += drop * falls;
         }
-        if self.limit > 0.0 && hold.stick_time > 0.0 {
-            let [share, falls] = self.softened(hold.force_rate);
-            let (m, t) = (self.exponent, hold.stick_time);
+        if self.limit > 0.0 && rest.stick_time > 0.0 {
+            let [share, falls] = self.softened(rest.force_rate);
+            let (m, t) = (self.exponent, rest.stick_time);
             let aged = self.rate * power(t, m);
             let (grown, slope) = (-exp_m1(-aged), m * aged / t);
             at.force += self.limit * grown * share;

@@ -1,6 +1,6 @@
 //! Static and kinetic friction: the static limit exceeds the kinetic force.
 
-use super::{Friction, Hold, Memory, Piece};
+use super::{Friction, Memory, Piece, Rest};
 use crate::error::{Error, finite};
 use crate::law::declaration::{Limited, parameters};
 
@@ -20,7 +20,7 @@ impl Friction for StaticKinetic {
         at_least_kinetic(self.break_away, self.kinetic)
     }
 
-    fn break_away(&self, _hold: Hold) -> f64 {
+    fn static_limit(&self, _rest: Rest) -> f64 {
         self.break_away
     }
 

@@ -3,7 +3,7 @@
 use super::constant_or_nodes::Table;
 use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
-use super::{Adhesion, End, Friction, Hold, Memory, Piece};
+use super::{Adhesion, End, Friction, Memory, Piece, Rest};
 use crate::error::Error;
 use crate::law::declaration::{Limited, parameters};
 
@@ -36,12 +36,12 @@ impl Friction for Tabulated {
         at_least_kinetic(self.break_away.at(0.0), self.kinetic.at(0.0))
     }
 
-    fn break_away(&self, hold: Hold) -> f64 {
-        self.break_away.at(hold.stick_time)
+    fn static_limit(&self, rest: Rest) -> f64 {
+        self.break_away.at(rest.stick_time)
     }
 
-    fn adhesion(&self, hold: Hold) -> Adhesion {
-        let [force, growth] = self.break_away.line(hold.stick_time);
+    fn adhesion(&self, rest: Rest) -> Adhesion {
+        let [force, growth] = self.break_away.line(rest.stick_time);
         Adhesion {
             force,
             growth,

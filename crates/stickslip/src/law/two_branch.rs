@@ -3,7 +3,7 @@
 use super::constant_or_nodes::Table;
 use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
-use super::{End, Friction, Hold, Memory, Piece};
+use super::{End, Friction, Memory, Piece, Rest};
 use crate::error::Error;
 use crate::law::declaration::{Limited, parameters};
 
@@ -58,7 +58,7 @@ impl Friction for TwoBranch {
         at_least_kinetic(self.break_away, self.rising.at(0.0).max(self.falling.at(0.0)))
     }
 
-    fn break_away(&self, _hold: Hold) -> f64 {
+    fn static_limit(&self, _rest: Rest) -> f64 {
         self.break_away
     }
 

@@ -1,9 +1,9 @@
 //! Applies to every contact, at the start and after every event, what `who_sticks` has decided, and where on its law it then is.
 
 use super::who_sticks::{ContactProblem, toward};
-use super::{Contact, Loop, ROUNDING};
+use super::{ContactState, Loop, ROUNDING};
 use crate::flow::taylor::ForceLine;
-use crate::law::{Friction, Hold};
+use crate::law::{Friction, Rest};
 use crate::mode::Kind;
 
 /// What led to a new combination of modes.
@@ -24,7 +24,7 @@ impl Loop<'_> {
     /// Modes in which the motion starts.
     pub(super) fn start(&mut self) {
         // The start is known to rounding, not to the error with which an event was found.
-        self.still = ROUNDING;
+        self.zero_share = ROUNDING;
         self.motion.aim(&self.frame, self.clock);
         self.measure_scale();
         let mut required = Vec::new();
@@ -34,7 +34,7 @@ impl Loop<'_> {
         for c in 0..self.contacts.len() {
             let w = self.motion.slip(&self.frame, c, &self.v);
             if self.frame.normals[c].is_some() && self.normal(c) <= self.faint(c) {
-                (self.contacts[c].direction, self.contacts[c].apart) = (w.signum(), true);
+                (self.contacts[c].direction, self.contacts[c].separated) = (w.signum(), true);
                 continue;
             }
             if w.abs() <= ROUNDING * self.scale {
@@ -47,7 +47,7 @@ impl Loop<'_> {
                 .sum();
             let balance = direction * (required[c] - others) / self.frame.coupling(c, c);
             let rate = self.rate_if_stuck(c);
-            let between = self.apart(c, direction, w.abs());
+            let between = self.branch_gap(c, direction, w.abs());
             let contact = &mut self.contacts[c];
             contact.memory.force_rate = rate;
             contact.direction = direction;
@@ -75,7 +75,7 @@ impl Loop<'_> {
         if !self.laws[c].feels_force_rate() {
             return 0.0;
         }
-        let mut force_lines: Vec<ForceLine> = self.contacts.iter().map(Contact::force_line).collect();
+        let mut force_lines: Vec<ForceLine> = self.contacts.iter().map(ContactState::force_line).collect();
         force_lines[c] = ForceLine::STUCK;
         let held = self.frame.held(
             (0..force_lines.len())
@@ -107,12 +107,12 @@ impl Loop<'_> {
         let of_law: Vec<[f64; 2]> = zero
             .iter()
             .map(|&c| {
-                let hold = if is_new(c) {
-                    Hold::new(0.0, self.rate_if_stuck(c))
+                let rest = if is_new(c) {
+                    Rest::new(0.0, self.rate_if_stuck(c))
                 } else {
-                    Hold::new(self.rested(c), passage.rates[c].abs())
+                    Rest::new(self.stick_time(c), passage.rates[c].abs())
                 };
-                [-1.0, 1.0].map(|direction| self.laws[c].toward(direction).break_away(hold))
+                [-1.0, 1.0].map(|direction| self.laws[c].toward(direction).static_limit(rest))
             })
             .collect();
         let normal: Vec<f64> = zero.iter().map(|&c| self.normal(c).max(0.0)).collect();
@@ -153,7 +153,7 @@ impl Loop<'_> {
             kinetic: &kinetic,
             required,
             drives: self.motion.drives(),
-            still: self.still * self.acceleration,
+            zero_acceleration: self.zero_share * self.acceleration,
             released: passage.released.map(|(c, force)| (row_of(c), force.signum())),
             returned: passage.returned.map(row_of),
         };
@@ -167,14 +167,14 @@ impl Loop<'_> {
             if !is_new(c) && direction == 0.0 {
                 continue;
             }
-            let stick_time = self.rested(c);
+            let stick_time = self.stick_time(c);
             let was = self.friction(c, 0.0);
             let contact = &mut self.contacts[c];
             contact.direction = direction;
             contact.sense = 0.0;
             contact.at_reversal = false;
             if direction == 0.0 {
-                contact.since = self.clock;
+                contact.stuck_since = self.clock;
                 self.tell(Kind::Capture, c, was);
                 continue;
             }

@@ -2,10 +2,9 @@
 
 use super::ROUNDING;
 use crate::event::changes_sign;
-use crate::law::{Friction, Hold, Law};
-use crate::series::{
-    CERTIFIED, PASSED, Series, at, borne_step, curvature_bound, first_root, free_time, slope_at, swing_bound,
-};
+use crate::event::first_root::{CERTIFIED, PASSED, borne_step, first_root};
+use crate::law::{Friction, Law, Rest};
+use crate::series::{Series, at, curvature_bound, free_time, slope_at, swing_bound};
 
 /// A search of so many rounds gives up where it is: the motion goes on from there.
 const ROUNDS: u32 = 10_000;
@@ -13,44 +12,44 @@ const ROUNDS: u32 = 10_000;
 /// The force that a contact needs to stick, and its normal force where that varies.
 type Load<'a> = (&'a Series, Option<&'a Series>);
 
-/// When adhesion under a load breaks within `reach`, for a contact that has rested for `rested`; a force that starts beyond
-/// the limit by no more than `still` and is relieved from there does not break it. An error is the time up to which it holds,
+/// When adhesion under a load breaks within `reach`, for a contact that has stuck for `stick_time`; a force that starts beyond
+/// the limit by no more than `zero_rate` and is relieved from there does not break it. An error is the time up to which it holds,
 /// where the search gave up.
 pub(super) fn end_of_adhesion(
     law: &Law,
     load: Load,
-    rested: f64,
-    still: f64,
+    stick_time: f64,
+    zero_rate: f64,
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
     let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
     let found = if std::ptr::eq(backward, forward) {
-        end_on(law, None, load, rested, still, reach, grazes)
+        end_on(law, None, load, stick_time, zero_rate, reach, grazes)
     } else {
-        let first = end_on(forward, Some(1.0), load, rested, still, reach, grazes);
+        let first = end_on(forward, Some(1.0), load, stick_time, zero_rate, reach, grazes);
         let clear = first.map_or_else(|clear| clear, |found| found.unwrap_or(reach));
-        match end_on(backward, Some(-1.0), load, rested, still, clear, grazes) {
+        match end_on(backward, Some(-1.0), load, stick_time, zero_rate, clear, grazes) {
             Ok(None) => first,
             second => second,
         }
     };
     debug_assert!(
-        !matches!(found, Ok(Some(h)) if !breaks(law, load, rested, still, (h, reach))),
+        !matches!(found, Ok(Some(h)) if !breaks(law, load, stick_time, zero_rate, (h, reach))),
         "{found:?} is no end of adhesion under {load:?}, {law:?}"
     );
     found
 }
 
 /// The certificate of a break-away, checked in a debug build.
-fn breaks(law: &Law, (force, normal): Load, rested: f64, still: f64, (h, reach): (f64, f64)) -> bool {
+fn breaks(law: &Law, (force, normal): Load, stick_time: f64, zero_rate: f64, (h, reach): (f64, f64)) -> bool {
     let margin = |t: f64| {
         let (value, rate) = slope_at(force, t);
-        let hold = Hold::new(rested + t, rate.abs());
-        let limit = pressed(normal, t) * law.toward(value.signum()).break_away(hold);
+        let rest = Rest::new(stick_time + t, rate.abs());
+        let limit = pressed(normal, t) * law.toward(value.signum()).static_limit(rest);
         [
             limit - value.abs(),
-            16.0 * rounding_of(limit + value.abs(), still),
+            16.0 * rounding_of(limit + value.abs(), zero_rate),
         ]
     };
     h == 0.0 || changes_sign(h, CERTIFIED * reach, margin)
@@ -62,8 +61,8 @@ fn pressed(normal: Option<&Series>, t: f64) -> f64 {
 }
 
 /// How far from the limit a force may be by rounding and by the error with which an event was found.
-fn rounding_of(limit: f64, still: f64) -> f64 {
-    (ROUNDING * limit).max(2.0 * still / PASSED)
+fn rounding_of(limit: f64, zero_rate: f64) -> f64 {
+    (ROUNDING * limit).max(2.0 * zero_rate / PASSED)
 }
 
 /// When adhesion breaks on one `side`, by the sign of its force, or on either.
@@ -71,17 +70,17 @@ fn end_on(
     law: &Law,
     side: Option<f64>,
     (force, normal): Load,
-    rested: f64,
-    still: f64,
+    stick_time: f64,
+    zero_rate: f64,
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
-    let of_law = |t: f64, rate: f64| law.break_away(Hold::new(rested + t, rate.abs()));
+    let of_law = |t: f64, rate: f64| law.static_limit(Rest::new(stick_time + t, rate.abs()));
     let limit = |t: f64, rate: f64| pressed(normal, t) * of_law(t, rate);
     let feels_rate = law.feels_force_rate();
     let static_limit = limit(0.0, force[1]);
-    let rounding = rounding_of(static_limit, still);
-    if !feels_rate && law.growth_bound(rested) == 0.0 {
+    let rounding = rounding_of(static_limit, zero_rate);
+    if !feels_rate && law.growth_bound(stick_time) == 0.0 {
         let (mut first, constant) = (None, of_law(0.0, 0.0));
         // Far from the limit on both sides.
         let room = constant - force[0].abs();
@@ -151,7 +150,7 @@ fn end_on(
         }
         if normal.is_none()
             && (!feels_rate || flat)
-            && law.growth_bound(rested + t) < outward - 2.0 * curvature * step
+            && law.growth_bound(stick_time + t) < outward - 2.0 * curvature * step
         {
             // The margin falls from here on: one root, close it.
             let until = (t + 2.0 * step).min(reach);

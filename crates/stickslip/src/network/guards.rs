@@ -2,8 +2,9 @@
 
 use super::end_of_stick::end_of_adhesion;
 use super::{Loop, ROUNDING, STILL};
+use crate::event::first_root::first_root;
 use crate::law::End;
-use crate::series::{derivative, first_root, swing_bound};
+use crate::series::{Series, derivative, swing_bound};
 
 /// What ends a mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,24 +17,45 @@ pub(super) enum Cause {
     Spring(usize),
 }
 
+/// The first guard met so far, and how far the others need to be searched.
+struct First {
+    met: Option<(f64, usize, Cause)>,
+    reach: f64,
+    grazes: Vec<f64>,
+}
+
+impl First {
+    /// Search a guard of contact or spring `index`.
+    fn search(&mut self, guard: &Series, rounding: f64, at_reversal: bool, index: usize, cause: Cause) {
+        if let Some(h) = first_root(guard, rounding, at_reversal, self.reach, &mut self.grazes) {
+            self.meet(h, index, cause);
+        }
+    }
+
+    /// One that is met at `h`; of several at one time the first in the order of the search counts.
+    fn meet(&mut self, h: f64, index: usize, cause: Cause) {
+        if h < self.reach || self.met.is_none() {
+            (self.met, self.reach) = (Some((h, index, cause)), h);
+        }
+    }
+}
+
 impl Loop<'_> {
     /// The first event within `horizon`, which comes nearer where a search gives up on the way.
     pub(super) fn next(&mut self, horizon: &mut f64) -> Option<(f64, usize, Cause)> {
         let rounding = ROUNDING * self.scale;
-        let mut found = None;
-        let mut reach = *horizon;
-        let grazes = &mut Vec::new();
+        let mut first = First {
+            met: None,
+            reach: *horizon,
+            grazes: Vec::new(),
+        };
         for (c, contact) in self.contacts.iter().enumerate() {
             let normal = self.frame.normals[c].is_some().then(|| &self.motion.normal[c]);
             if let Some(normal) = normal {
-                let sign = if contact.apart { -1.0 } else { 1.0 };
+                let sign = if contact.separated { -1.0 } else { 1.0 };
                 let guard = normal.map(|term| sign * term);
-                if let Some(h) = first_root(&guard, self.faint(c), false, reach, grazes)
-                    && (h < reach || found.is_none())
-                {
-                    (found, reach) = (Some((h, c, Cause::Normal)), h);
-                }
-                if contact.apart {
+                first.search(&guard, self.faint(c), false, c, Cause::Normal);
+                if contact.separated {
                     continue;
                 }
             }
@@ -41,21 +63,19 @@ impl Loop<'_> {
                 if contact.pinned != 0.0 {
                     continue;
                 }
-                let rested = self.rested(c);
-                let still = STILL * self.acceleration / self.frame.coupling(c, c);
+                let stick_time = self.stick_time(c);
+                let zero_rate = STILL * self.acceleration / self.frame.coupling(c, c);
                 match end_of_adhesion(
                     self.laws[c],
                     (&self.motion.force.series(c), normal),
-                    rested,
-                    still,
-                    reach,
-                    grazes,
+                    stick_time,
+                    zero_rate,
+                    first.reach,
+                    &mut first.grazes,
                 ) {
-                    Ok(Some(h)) if h < reach || found.is_none() => {
-                        (found, reach) = (Some((h, c, Cause::Release)), h);
-                    }
-                    Ok(_) => {}
-                    Err(clear) => (found, reach, *horizon) = (None, clear, clear),
+                    Ok(Some(h)) => first.meet(h, c, Cause::Release),
+                    Ok(None) => {}
+                    Err(clear) => (first.met, first.reach, *horizon) = (None, clear, clear),
                 }
                 continue;
             }
@@ -68,11 +88,7 @@ impl Loop<'_> {
                         .series(c)
                         .map(|term| sign * contact.direction * term);
                     guard[0] += bound;
-                    if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
-                        && (h < reach || found.is_none())
-                    {
-                        (found, reach) = (Some((h, c, Cause::End(end))), h);
-                    }
+                    first.search(&guard, rounding, false, c, Cause::End(end));
                 }
                 continue;
             }
@@ -80,19 +96,11 @@ impl Loop<'_> {
             let u = self.motion.u.series(c);
             let mut guard = u;
             guard[0] -= piece.low;
-            if let Some(h) = first_root(&guard, rounding, contact.at_reversal, reach, grazes)
-                && (h < reach || found.is_none())
-            {
-                (found, reach) = (Some((h, c, Cause::End(End::Low))), h);
-            }
+            first.search(&guard, rounding, contact.at_reversal, c, Cause::End(End::Low));
             if piece.high.is_finite() {
                 let mut guard = u.map(|term| -term);
                 guard[0] += piece.high;
-                if let Some(h) = first_root(&guard, rounding, contact.at_reversal, reach, grazes)
-                    && (h < reach || found.is_none())
-                {
-                    (found, reach) = (Some((h, c, Cause::End(End::High))), h);
-                }
+                first.search(&guard, rounding, contact.at_reversal, c, Cause::End(End::High));
             }
             if piece.reverses {
                 let mut guard = derivative(&u).map(|term| contact.sense * term);
@@ -100,25 +108,21 @@ impl Loop<'_> {
                     guard[0] = 0.0;
                 }
                 let rounding = ROUNDING * self.acceleration;
-                if guard[0].abs() <= rounding && guard[1] * reach <= rounding {
+                if guard[0].abs() <= rounding && guard[1] * first.reach <= rounding {
                     // Beneath rounding a slip acceleration has no sense: it turns where it is more than that.
                     guard[0] += 2.0 * rounding;
                 }
                 let end = End::Reversal {
                     rising: contact.sense < 0.0,
                 };
-                if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
-                    && (h < reach || found.is_none())
-                {
-                    (found, reach) = (Some((h, c, Cause::End(end))), h);
-                }
+                first.search(&guard, rounding, false, c, Cause::End(end));
             }
         }
         for (s, spring) in self.frame.springs.iter().enumerate() {
             let (piece, along) = (self.motion.pieces[s], &self.motion.displacement[s]);
             let [low, high] = spring.ends(piece);
             let ends = [Some(spring.mass), spring.other].into_iter().flatten();
-            let far = ends.map(|i| self.x[i].abs()).sum::<f64>() + swing_bound(along, reach);
+            let far = ends.map(|i| self.x[i].abs()).sum::<f64>() + swing_bound(along, first.reach);
             for (end, sign, next) in [(low, 1.0, piece.wrapping_sub(1)), (high, -1.0, piece + 1)] {
                 if !end.is_finite() {
                     continue;
@@ -128,14 +132,10 @@ impl Loop<'_> {
                 // No more than where the masses are: speeds of stiff springs would lead further at the rate of the linear ones.
                 let size = rounding / self.frame.rate;
                 let rounding = size.min(ROUNDING * far) + ROUNDING * end.abs();
-                if let Some(h) = first_root(&guard, rounding, false, reach, grazes)
-                    && (h < reach || found.is_none())
-                {
-                    (found, reach) = (Some((h, s, Cause::Spring(next))), h);
-                }
+                first.search(&guard, rounding, false, s, Cause::Spring(next));
             }
         }
-        self.work.grazes += grazes.iter().filter(|&&h| h < reach).count() as u64;
-        found
+        self.work.grazes += first.grazes.iter().filter(|&&h| h < first.reach).count() as u64;
+        first.met
     }
 }

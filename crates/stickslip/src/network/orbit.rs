@@ -27,13 +27,25 @@ pub struct States {
     pub stuck: Vec<bool>,
 }
 
-/// A branch in a row of [`Orbit::steps`]; negative where the step begins without slip acceleration.
-pub(super) fn marked(branch: u32, still: bool) -> f64 {
+/// What a row of [`Orbit::steps`] has of a contact.
+pub(super) fn contact_numbers(line: &ForceLine, branch: u32) -> [f64; 4] {
     let branch = f64::from(branch);
-    if still { -1.0 - branch } else { branch }
+    let marked = if line.zero_slope { -1.0 - branch } else { branch };
+    [line.direction, line.offset, line.slope, marked]
 }
 
-/// The branch that a row of [`Orbit::steps`] tells of.
+/// The lines of force that a row of [`Orbit::steps`] tells of, contact by contact.
+pub(super) fn force_lines_of(row: &[f64], masses: usize, contacts: usize) -> impl Iterator<Item = ForceLine> {
+    let numbers = row[2 + 2 * masses..].chunks_exact(4).take(contacts);
+    numbers.map(|numbers| ForceLine {
+        direction: numbers[0],
+        offset: numbers[1],
+        slope: numbers[2],
+        zero_slope: numbers[3] < 0.0,
+    })
+}
+
+/// The branch of a contact that a row of [`Orbit::steps`] tells of.
 pub fn branch_of(number: f64) -> f64 {
     number.max(-1.0 - number)
 }
@@ -72,7 +84,7 @@ impl Orbit {
 
     /// The states at `times`, in any order; each step is expanded again when a time lies in it.
     pub fn states(&self, times: &[f64]) -> States {
-        let mut steps = Expansion::new(self);
+        let mut steps = ExpandedSteps::new(self);
         let n = self.system.masses();
         let mut last = usize::MAX;
         let mut states = States::default();
@@ -116,7 +128,7 @@ impl Orbit {
 }
 
 /// The steps of an orbit, one of which is expanded again.
-pub(crate) struct Expansion<'a> {
+pub(crate) struct ExpandedSteps<'a> {
     pub(crate) frame: Frame,
     pub(crate) motion: Motion,
     pub(crate) force_lines: Vec<ForceLine>,
@@ -124,7 +136,7 @@ pub(crate) struct Expansion<'a> {
     rows: Vec<&'a [f64]>,
 }
 
-impl<'a> Expansion<'a> {
+impl<'a> ExpandedSteps<'a> {
     pub(crate) fn new(orbit: &'a Orbit) -> Self {
         let frame = Frame::of(&orbit.system);
         Self {
@@ -163,15 +175,8 @@ impl<'a> Expansion<'a> {
     pub(crate) fn expand(&mut self, index: usize) -> Clock {
         let (n, row, clock) = (self.frame.masses, self.rows[index], self.clock(index));
         let pieces = row.len() - self.frame.springs.len();
-        let force_line = |force_line: &[f64]| ForceLine {
-            direction: force_line[0],
-            offset: force_line[1],
-            slope: force_line[2],
-            still: force_line[3] < 0.0,
-        };
         self.force_lines.clear();
-        self.force_lines
-            .extend(row[2 + 2 * n..pieces].chunks_exact(4).map(force_line));
+        self.force_lines.extend(force_lines_of(row, n, self.laws.len()));
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,

@@ -1,5 +1,6 @@
 //! The event sequence of a run of a system, and runs that go on from a state of it.
 
+use super::orbit::force_lines_of;
 use super::{Loop, Orbit, Run, check, simulate_while};
 use crate::clock::Clock;
 use crate::error::{Error, wrong};
@@ -9,7 +10,7 @@ use crate::law::{End, Friction};
 use crate::mode::Kind;
 use crate::simulate::Stop;
 use crate::system::System;
-use crate::variation::{CONTACT, ContactState, Ending, Layout, Phase, State, contact_of};
+use crate::variation::{CONTACT, ContactMode, Ending, Layout, Phase, State, contact_of};
 
 /// What has a derivative through its events.
 fn admit(system: &System) -> Result<(), Error> {
@@ -54,30 +55,30 @@ pub fn start(system: &System, run: &Run) -> State {
     state_of(&state)
 }
 
-/// The event sequence from a state in which the contacts do what `contact_states` say, for a duration and as long as `go_on` says so.
+/// The event sequence from a state in which the contacts do what `contact_modes` say, for a duration and as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the system or the state, and events that a disturbance would part.
 pub fn from(
     system: &System,
     state: &State,
-    contact_states: &[ContactState],
+    contact_modes: &[ContactMode],
     duration: f64,
     max_events: u64,
     go_on: impl FnMut() -> bool,
 ) -> Result<EventSequence, Error> {
-    let orbit = resume(system, state, contact_states, duration, max_events, go_on)?;
+    let orbit = resume(system, state, contact_modes, duration, max_events, go_on)?;
     of_orbit(&orbit, state.clone(), state.numbers[0])
 }
 
-/// The motion from a state in which the contacts do what `contact_states` say, for a duration and as long as `go_on` says so.
+/// The motion from a state in which the contacts do what `contact_modes` say, for a duration and as long as `go_on` says so.
 ///
 /// # Errors
 /// What makes no sense in the system or the state.
 pub fn resume(
     system: &System,
     state: &State,
-    contact_states: &[ContactState],
+    contact_modes: &[ContactMode],
     duration: f64,
     max_events: u64,
     go_on: impl FnMut() -> bool,
@@ -106,20 +107,20 @@ pub fn resume(
     for (c, contact) in motion.contacts.iter_mut().enumerate() {
         let at = layout.contact(c);
         (contact.piece, contact.memory) = state.contact(at, c);
-        contact.since = motion.clock.after(-state.numbers[at + CONTACT - 1]);
+        contact.stuck_since = motion.clock.after(-state.numbers[at + CONTACT - 1]);
         // The expansion forgets it where the slip speed has a slope.
         contact.at_reversal = true;
-        match contact_states[c] {
-            ContactState::Stick => contact.direction = 0.0,
-            ContactState::Slip(direction) => contact.direction = direction,
-            ContactState::Hold(direction) => {
+        match contact_modes[c] {
+            ContactMode::Stick => contact.direction = 0.0,
+            ContactMode::Slip(direction) => contact.direction = direction,
+            ContactMode::Hold(direction) => {
                 contact.direction = direction;
                 contact.between = motion.laws[c].toward(direction).branches(direction * speeds[c]);
                 contact.kept = speeds[c];
             }
         }
     }
-    let stuck = (0..contact_states.len()).filter(|&c| contact_states[c] == ContactState::Stick);
+    let stuck = (0..contact_modes.len()).filter(|&c| contact_modes[c] == ContactMode::Stick);
     let held = motion.frame.held(stuck.collect());
     motion.motion.stop(&motion.frame, &held, &mut motion.v);
     Ok(motion.orbit(system, run, go_on))
@@ -153,17 +154,16 @@ impl Rows<'_> {
         self.rows[self.rows.partition_point(|row| row[0] <= t).max(1) - 1]
     }
 
-    fn contact_states(&self, t: f64) -> Vec<ContactState> {
-        let first = 2 + 2 * self.orbit.system.masses();
-        self.at(t)[first..]
-            .chunks_exact(4)
-            .map(|force_line| {
-                if force_line[0] == 0.0 {
-                    ContactState::Stick
-                } else if force_line[2] == f64::INFINITY {
-                    ContactState::Hold(force_line[0])
+    fn contact_modes(&self, t: f64) -> Vec<ContactMode> {
+        let system = &self.orbit.system;
+        force_lines_of(self.at(t), system.masses(), system.contacts.len())
+            .map(|line| {
+                if line.direction == 0.0 {
+                    ContactMode::Stick
+                } else if line.slope == f64::INFINITY {
+                    ContactMode::Hold(line.direction)
                 } else {
-                    ContactState::Slip(force_line[0])
+                    ContactMode::Slip(line.direction)
                 }
             })
             .collect()
@@ -202,10 +202,10 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
                 ));
             }
         }
-        let contact_states = rows.contact_states(from);
-        let ending = match (main.kind, contact_states[c]) {
+        let contact_modes = rows.contact_modes(from);
+        let ending = match (main.kind, contact_modes[c]) {
             (Kind::Release, _) => Ending::Release,
-            (Kind::Reversal, ContactState::Hold(direction)) => {
+            (Kind::Reversal, ContactMode::Hold(direction)) => {
                 let u = orbit.states(&[from]).w[c].abs();
                 end_of_hold(&orbit.system.contacts[c].law, direction, u, main.force)
             }
@@ -223,7 +223,7 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
         };
         let (one, other) = (rows.at(from), rows.at(t));
         phases.push(Phase {
-            contact_states,
+            contact_modes,
             contact: c,
             ending,
             duration: (other[0] - one[0]) + (other[1] - one[1]),
@@ -233,7 +233,7 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
     }
     if orbit.stop == Stop::End {
         phases.push(Phase {
-            contact_states: rows.contact_states(from),
+            contact_modes: rows.contact_modes(from),
             contact: 0,
             ending: Ending::Time,
             duration: orbit.run.t_end - from,

@@ -4,7 +4,7 @@ use super::contact_states::Passage;
 use super::guards::Cause;
 use super::{Loop, ROUNDING};
 use crate::law::{End, Friction, Piece};
-use crate::mode::{Kind, apart};
+use crate::mode::{Kind, branch_gap};
 use crate::series::{at, slope_at};
 
 impl Loop<'_> {
@@ -16,7 +16,7 @@ impl Loop<'_> {
                 let contact = &self.contacts[other];
                 if contact.direction == 0.0
                     || contact.between.is_some()
-                    || contact.apart
+                    || contact.separated
                     || contact.piece.low > 0.0
                 {
                     return false;
@@ -65,7 +65,7 @@ impl Loop<'_> {
         }
         match cause {
             Cause::End(end) if !passage.arrived.contains(&c) => self.leave(c, end, speed),
-            Cause::Normal if self.contacts[c].apart => passage.arrived.extend(self.meet(c)),
+            Cause::Normal if self.contacts[c].separated => passage.arrived.extend(self.meet(c)),
             Cause::Normal => self.part(c),
             _ => {}
         }
@@ -96,7 +96,7 @@ impl Loop<'_> {
         let speed = match end {
             End::Reversal { rising } => {
                 // Friction that jumps to another branch takes the slip acceleration with it, unless others give the motion.
-                contact.at_reversal = follows || apart(law, speed).is_none();
+                contact.at_reversal = follows || branch_gap(law, speed).is_none();
                 return self.reverse(c, rising, speed);
             }
             End::Low => contact.piece.low,
@@ -118,7 +118,7 @@ impl Loop<'_> {
         if contact.direction == 0.0 {
             contact.direction = w.signum();
         }
-        contact.apart = true;
+        contact.separated = true;
         self.tell(Kind::Parting, c, 0.0);
     }
 
@@ -126,7 +126,7 @@ impl Loop<'_> {
     fn meet(&mut self, c: usize) -> Option<usize> {
         let w = self.motion.slip(&self.frame, c, &self.v);
         let contact = &mut self.contacts[c];
-        contact.apart = false;
+        contact.separated = false;
         contact.direction = w.signum();
         let law = self.laws[c].toward(contact.direction);
         contact.piece = law.begin(w.abs(), f64::INFINITY, &mut contact.memory);
@@ -135,15 +135,15 @@ impl Loop<'_> {
     }
 
     /// Friction of the two branches at slip speed `u` of a contact whose law has such, where the speed is held between them.
-    pub(super) fn apart(&self, c: usize, direction: f64, u: f64) -> Option<[f64; 2]> {
-        let branches = apart(self.laws[c].toward(direction), u)?;
+    pub(super) fn branch_gap(&self, c: usize, direction: f64, u: f64) -> Option<[f64; 2]> {
+        let branches = branch_gap(self.laws[c].toward(direction), u)?;
         (branches[0] < branches[1] && u > ROUNDING * self.scale).then_some(branches)
     }
 
     /// The slip acceleration changes its sign: to the other branch, or into the hold between them.
     pub(super) fn reverse(&mut self, c: usize, rising: bool, speed: f64) {
         let between = self
-            .apart(c, self.contacts[c].direction, speed)
+            .branch_gap(c, self.contacts[c].direction, speed)
             .filter(|_| !self.follows(c));
         let rate = self.rate_if_stuck(c);
         let contact = &mut self.contacts[c];

@@ -27,7 +27,7 @@ pub(super) struct ContactProblem<'a> {
     /// The drive velocities of all contacts.
     pub(super) drives: &'a [Series],
     /// An acceleration that is zero but for the error with which an event was found.
-    pub(super) still: f64,
+    pub(super) zero_acceleration: f64,
     /// The contact that cannot stick, by its index in `zero`.
     pub(super) released: Option<(usize, f64)>,
     /// The contact that is at its limit and relieved from there, by its index in `zero`: it sticks.
@@ -124,7 +124,7 @@ impl ContactProblem<'_> {
             // A contact at its limit beside one that breaks breaks too.
             let room = if self.returned == Some(row) {
                 let held = limit * self.frame.coupling(self.zero[row], self.zero[row]);
-                1.0 + RELIEVED.max(self.still / held)
+                1.0 + RELIEVED.max(self.zero_acceleration / held)
             } else if self.released.is_some() {
                 1.0 - rounding
             } else {

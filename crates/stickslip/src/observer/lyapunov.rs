@@ -10,7 +10,7 @@ use crate::model::Model;
 use crate::network::{self, sequence as of_system};
 use crate::simulate::{Run, Stop};
 use crate::system::System;
-use crate::variation::{ContactState, Ending, Keep, Layout, Phase, State, Varied, follow};
+use crate::variation::{ContactMode, Ending, Keep, Layout, Phase, State, Varied, follow};
 
 /// Natural periods of a part of the motion: each is run from the end of the one before, so that a chaotic motion and its
 /// derivative do not part.
@@ -48,7 +48,7 @@ pub fn largest(
     let (end, most, part) = (run.t_end, run.max_events, PART * model.natural_period());
     // A clock that nothing reads is no direction.
     let first = usize::from(model.forcing_frequency().is_none());
-    let (width, lanes) = (Layout::of(&system).width(), varied.lanes());
+    let (width, directions) = (Layout::of(&system).width(), varied.directions());
     let moving = 1 + 2 * system.masses();
     let mut direction: Vec<f64> = (0..width)
         .map(|i| if (first..moving).contains(&i) { 1.0 } else { 0.0 })
@@ -71,12 +71,11 @@ pub fn largest(
             of_system::run(system, of_some, &mut *go_on)?
         }
     };
-    let from = |state: &State, contacts: &[ContactState], length: f64, go_on: &mut dyn FnMut() -> bool| {
-        match model {
+    let from =
+        |state: &State, contacts: &[ContactMode], length: f64, go_on: &mut dyn FnMut() -> bool| match model {
             Model::Closed(one) => of_oscillator::from(one, state, contacts[0], length, most, go_on),
             Model::Steps(system) => of_system::from(system, state, contacts, length, most, go_on),
-        }
-    };
+        };
     loop {
         let EventSequence {
             start,
@@ -88,11 +87,11 @@ pub fn largest(
             return wrong(format!("the run ended early: {}", stop.sentence()));
         }
         let over = now + phases.iter().map(|phase| phase.duration).sum::<f64>() >= end * (1.0 - 1e-12);
-        let sticks = |phase: &Phase| phase.contact_states.iter().all(|&one| one == ContactState::Stick);
+        let sticks = |phase: &Phase| phase.contact_modes.iter().all(|&one| one == ContactMode::Stick);
         if !over && kinds.is_empty() && sticks(&phases[0]) {
             // Stuck beyond this part: a stick must be followed from its begin.
             length *= 2.0;
-            sequence = from(start, &phases[0].contact_states, length.min(end - now), go_on)?;
+            sequence = from(start, &phases[0].contact_modes, length.min(end - now), go_on)?;
             continue;
         }
         length = part;
@@ -102,17 +101,17 @@ pub fn largest(
             (_, Stop::MaxEvents) => kinds.len() - 1,
             _ => kinds.len(),
         };
-        let last = phases[count.min(phases.len() - 1)].contact_states.clone();
+        let last = phases[count.min(phases.len() - 1)].contact_modes.clone();
         phases.truncate(count);
         short(phases, model.natural_period());
         let followed = follow(&varied, start, phases, &last, Keep::Phases, false, go_on)?;
         for (rates, &duration) in followed
             .rates
-            .chunks_exact(width * lanes)
+            .chunks_exact(width * directions)
             .zip(&followed.durations)
         {
             let moved: Vec<f64> = rates
-                .chunks_exact(lanes)
+                .chunks_exact(directions)
                 .enumerate()
                 .map(|(i, row)| {
                     let along = row[first..width].iter().zip(&direction[first..]);

@@ -1,8 +1,8 @@
 //! The boundaries of an event sequence: test functions that vanish where the real motion would take another one.
 
 use super::saltation::{PhaseEnd, at_the_end};
-use super::segment::{Course, Expansion};
-use super::state::{ContactState, Ending, HIGH, LOW, Moving};
+use super::segment::{Expansion, VariedMotion};
+use super::state::{ContactMode, Ending, HIGH, LOW, Moving};
 use crate::dual::Dual;
 use crate::law::End;
 
@@ -42,17 +42,17 @@ pub struct Test {
     pub detail: f64,
 }
 
-impl Course<'_> {
+impl VariedMotion<'_> {
     /// The test functions inside a phase.
     pub(super) fn boundaries(&self, end: &PhaseEnd, tests: &mut Vec<Test>) {
         if end.tau <= 0.0 {
             return;
         }
-        let plain = end.start.values().still(1);
+        let plain = end.start.values().without_derivatives(1);
         let (mut expansions, mut last) = (Vec::new(), self.expansion());
         self.walk(
             &plain,
-            &end.phase.contact_states,
+            &end.phase.contact_modes,
             end.tau,
             &mut last,
             &mut |expansion| {
@@ -86,7 +86,7 @@ impl Course<'_> {
                     };
                     let h = length * share / count as f64;
                     let mut watched =
-                        |h: f64| self.watched(&plain, end.phase.contact_states[c], c, expansion, h);
+                        |h: f64| self.watched(&plain, end.phase.contact_modes[c], c, expansion, h);
                     let now = (h, watched(h));
                     if let Some(earlier) = before.filter(|earlier| i > 0 && earlier.1 * now.1 < 0.0) {
                         let tau = root(&mut watched, earlier, now);
@@ -102,30 +102,30 @@ impl Course<'_> {
     fn watched(
         &self,
         start: &Moving,
-        contact_state: ContactState,
+        contact_state: ContactMode,
         c: usize,
         expansion: &mut Expansion,
         h: f64,
     ) -> f64 {
         expansion.h = h;
         match contact_state {
-            ContactState::Slip(_) => expansion.slip_acceleration(c).value,
-            ContactState::Stick => self.margin(start, c, expansion.begin + h, expansion).rates[0],
-            ContactState::Hold(_) => 1.0,
+            ContactMode::Slip(_) => expansion.slip_acceleration(c).value,
+            ContactMode::Stick => self.margin(start, c, expansion.begin + h, expansion).rates[0],
+            ContactMode::Hold(_) => 1.0,
         }
     }
 
     fn extremum(&self, end: &PhaseEnd, c: usize, tau: f64, least: bool, tests: &mut Vec<Test>) {
         let mut expansion = self.expansion();
-        self.go(end.start, &end.phase.contact_states, tau, &mut expansion);
-        match end.phase.contact_states[c] {
-            ContactState::Slip(_) => self.both_ends(end, c, tau, &still(expansion.u(c)), least, tests),
+        self.go(end.start, &end.phase.contact_modes, tau, &mut expansion);
+        match end.phase.contact_modes[c] {
+            ContactMode::Slip(_) => self.both_ends(end, c, tau, &at_extremum(expansion.u(c)), least, tests),
             _ if least => tests.push(Test {
                 boundary: Boundary::Stick,
                 contact: c,
                 phase: end.index,
                 tau,
-                value: still(self.margin(end.start, c, tau, &expansion)),
+                value: at_extremum(self.margin(end.start, c, tau, &expansion)),
                 detail: 0.0,
             }),
             _ => {}
@@ -141,10 +141,10 @@ impl Course<'_> {
             ..
         } = end;
         let c = phase.contact;
-        if !matches!(phase.contact_states[c], ContactState::Slip(_)) {
+        if !matches!(phase.contact_modes[c], ContactMode::Slip(_)) {
             return;
         }
-        let sticks = end.next[c] == ContactState::Stick;
+        let sticks = end.next[c] == ContactMode::Stick;
         let settled = |mut number: Dual| {
             at_the_end(&mut number, moves);
             number
@@ -175,7 +175,7 @@ impl Course<'_> {
                 self.both_ends(end, c, tau, &settled(expansion.u(c)), true, tests);
             }
             Ending::Line(End::Low) if end.start.numbers[self.layout.contact(c) + LOW].value <= 0.0 => {
-                let [force, rate] = self.if_stuck(self.there(end), &phase.contact_states, c);
+                let [force, rate] = self.if_stuck(self.there(end), &phase.contact_modes, c);
                 let detail = rate.value * force.value.signum();
                 let at_once = Dual::fixed(0.0, moves.rates.len());
                 let normal = self.normal(c, || self.there(end));
@@ -220,7 +220,7 @@ impl Course<'_> {
 }
 
 /// A number at an extremum, where time does not count.
-fn still(mut number: Dual) -> Dual {
+fn at_extremum(mut number: Dual) -> Dual {
     if let Some(along) = number.rates.last_mut() {
         *along = 0.0;
     }

@@ -1,7 +1,7 @@
 //! The derivative of a segment in closed form: one mass on one drive, while friction is linear in the slip speed.
 
 use super::saltation::later;
-use super::state::{ContactState, Layout, Moving};
+use super::state::{ContactMode, Layout, Moving};
 use super::varied::{Varied, difference};
 use crate::clock::Clock;
 use crate::dual::Dual;
@@ -27,11 +27,11 @@ pub(super) struct Closed {
     system: [f64; SYSTEM],
     /// These, then amplitude, frequency and phase of every force.
     numbers: Vec<f64>,
-    /// For each number the lanes of the parameters that change it, and how much.
+    /// For each number the directions of the parameters that change it, and how much.
     rates: Vec<Vec<(usize, f64)>>,
 }
 
-/// A motion at a time, with derivatives; the last lane is the time along the phase.
+/// A motion at a time, with derivatives; the last axis is the time along the phase.
 #[derive(Clone)]
 pub(super) struct Moved {
     pub(super) x: Dual,
@@ -79,7 +79,7 @@ impl Closed {
     pub(super) fn of(varied: &Varied) -> Option<Self> {
         let own = numbers(&varied.base)?;
         let mut rates = vec![Vec::new(); own.len()];
-        for (parameter, lane) in varied.parameters.iter().zip(LAYOUT.width()..) {
+        for (parameter, axis) in varied.parameters.iter().zip(LAYOUT.width()..) {
             let around = parameter.around.each_ref().map(numbers);
             let [Some(a), Some(b), Some(c), Some(d)] = around else {
                 return None;
@@ -87,7 +87,7 @@ impl Closed {
             for (i, rates) in rates.iter_mut().enumerate() {
                 let rate = difference([a[i], b[i], c[i], d[i]], parameter.step);
                 if rate != 0.0 {
-                    rates.push((lane, rate));
+                    rates.push((axis, rate));
                 }
             }
         }
@@ -100,17 +100,17 @@ impl Closed {
 
     /// Add `slope` times what the parameters change of a number of the system.
     fn shift(&self, number: &mut Dual, slope: f64, which: usize) {
-        // Without lanes for them only time counts.
+        // Without directions for them only time counts.
         if number.rates.len() > 1 {
-            for &(lane, rate) in &self.rates[which] {
-                number.rates[lane] += slope * rate;
+            for &(axis, rate) in &self.rates[which] {
+                number.rates[axis] += slope * rate;
             }
         }
     }
 
     /// The drive velocity.
-    pub(super) fn drive(&self, lanes: usize) -> Dual {
-        let mut drive = Dual::fixed(self.numbers[DRIVE], lanes);
+    pub(super) fn drive(&self, directions: usize) -> Dual {
+        let mut drive = Dual::fixed(self.numbers[DRIVE], directions);
         self.shift(&mut drive, 1.0, DRIVE);
         drive
     }
@@ -162,25 +162,25 @@ impl Closed {
     }
 
     /// The motion `tau` from the start of a phase; none where the closed form would lose digits, or is none.
-    pub(super) fn go(&self, start: &Moving, contact_state: ContactState, tau: f64) -> Option<Moved> {
-        let lanes = start.numbers[0].rates.len();
+    pub(super) fn go(&self, start: &Moving, contact_state: ContactMode, tau: f64) -> Option<Moved> {
+        let directions = start.numbers[0].rates.len();
         let t = later(&start.numbers[0], tau);
         match contact_state {
-            ContactState::Stick => {
-                let v = self.drive(lanes);
+            ContactMode::Stick => {
+                let v = self.drive(directions);
                 let mut x = start.numbers[LAYOUT.x(0)].clone();
                 x.value += tau * v.value;
                 x.shift(tau, &v);
-                x.rates[lanes - 1] = v.value;
+                x.rates[directions - 1] = v.value;
                 Some(Moved {
                     force: self.holding(&x, &t),
-                    slip: [0, 1].map(|_| Dual::fixed(0.0, lanes)),
+                    slip: [0, 1].map(|_| Dual::fixed(0.0, directions)),
                     x,
                     v,
                 })
             }
-            ContactState::Slip(direction) => self.go_slipping(start, direction, &t, tau),
-            ContactState::Hold(_) => None,
+            ContactMode::Slip(direction) => self.go_slipping(start, direction, &t, tau),
+            ContactMode::Hold(_) => None,
         }
     }
 
@@ -190,12 +190,12 @@ impl Closed {
         let positions = [LAYOUT.x(0), LAYOUT.v(0), 0, at, at + 1];
         let own = positions.map(|position| start.numbers[position].value);
         let clock = Clock::at(own[TIME]);
-        let lanes = t.rates.len();
+        let directions = t.rates.len();
         let [mut x, mut v] = self
             .slip(own, direction, clock, tau)?
             .map(|Slope { value, slopes }| {
-                let mut number = Dual::fixed(value, lanes);
-                if lanes > 1 {
+                let mut number = Dual::fixed(value, directions);
+                if directions > 1 {
                     for (position, slope) in positions.into_iter().zip(slopes) {
                         number.shift(slope, &start.numbers[position]);
                     }
@@ -207,12 +207,12 @@ impl Closed {
             });
         let (offset, slope) = (&start.numbers[at], &start.numbers[at + 1]);
         let w = drive - v.value;
-        let mut friction = Dual::fixed(direction * offset.value + slope.value * w, lanes);
+        let mut friction = Dual::fixed(direction * offset.value + slope.value * w, directions);
         let [mut acceleration, _] = self.forcing(t);
         acceleration.value =
             (acceleration.value + friction.value - damping * v.value - stiffness * x.value) / mass;
-        x.rates[lanes - 1] = v.value;
-        v.rates[lanes - 1] = acceleration.value;
+        x.rates[directions - 1] = v.value;
+        v.rates[directions - 1] = acceleration.value;
         friction.shift(direction, offset);
         friction.shift(w, slope);
         friction.shift(-slope.value, &v);
@@ -232,7 +232,7 @@ impl Closed {
         }
         let mut friction_rate = acceleration.clone() * -slope.value;
         friction_rate.shift(-acceleration.value, slope);
-        let u = (self.drive(lanes) - &v) * direction;
+        let u = (self.drive(directions) - &v) * direction;
         Some(Moved {
             x,
             v,

@@ -1,11 +1,11 @@
 //! The jump of the derivative at an event: what vanishes there, and the state and memory that follow.
 
-use super::segment::{Course, Expansion};
-use super::state::{AGE, ContactState, Ending, Flags, HIGH, LOW, Layout, Moving, Phase, line_of};
+use super::segment::{Expansion, VariedMotion};
+use super::state::{ContactMode, Ending, Flags, HIGH, LOW, Layout, Moving, Phase, STICK_TIME, line_of};
 use super::varied::{LINE_STEP, RELATIVE_STEP};
 use crate::clock::Clock;
 use crate::dual::Dual;
-use crate::law::{End, Friction, Hold, Law, Memory, Piece};
+use crate::law::{End, Friction, Law, Memory, Piece, Rest};
 use crate::series::ZERO;
 use crate::system::System;
 
@@ -20,17 +20,17 @@ pub(super) struct PhaseEnd<'a> {
     /// How far beyond the expansion.
     pub(super) rest: f64,
     /// What the contacts do then.
-    pub(super) next: &'a [ContactState],
+    pub(super) next: &'a [ContactMode],
 }
 
-impl Course<'_> {
+impl VariedMotion<'_> {
     /// What vanishes where the phase ends, given the motion there.
     pub(super) fn guard(&self, start: &Moving, phase: &Phase, tau: f64, expansion: &Expansion) -> Dual {
         let c = phase.contact;
         let line = |which: usize| &start.numbers[self.layout.contact(c) + which];
-        match (phase.contact_states.get(c), phase.ending) {
-            (Some(ContactState::Stick), Ending::Release) => self.margin(start, c, tau, expansion),
-            (Some(ContactState::Hold(direction)), Ending::Line(end)) => {
+        match (phase.contact_modes.get(c), phase.ending) {
+            (Some(ContactMode::Stick), Ending::Release) => self.margin(start, c, tau, expansion),
+            (Some(ContactMode::Hold(direction)), Ending::Line(end)) => {
                 let rising = usize::from(end == End::High);
                 let parameters = self.parameters(start.numbers[0].rates.len());
                 let [between] = self
@@ -42,9 +42,9 @@ impl Course<'_> {
                     });
                 expansion.force(c) * *direction - &between
             }
-            (Some(ContactState::Slip(_)), Ending::Line(End::Low)) => expansion.u(c) - line(LOW),
-            (Some(ContactState::Slip(_)), Ending::Line(End::High)) => expansion.u(c) - line(HIGH),
-            (Some(ContactState::Slip(_)), Ending::Line(End::Reversal { .. }) | Ending::Section) => {
+            (Some(ContactMode::Slip(_)), Ending::Line(End::Low)) => expansion.u(c) - line(LOW),
+            (Some(ContactMode::Slip(_)), Ending::Line(End::High)) => expansion.u(c) - line(HIGH),
+            (Some(ContactMode::Slip(_)), Ending::Line(End::Reversal { .. }) | Ending::Section) => {
                 expansion.slip_acceleration(c)
             }
             // A time on the clock: a phase that starts later takes less.
@@ -61,7 +61,7 @@ impl Course<'_> {
         let normal = self.normal(c, || self.moved(start, tau, expansion));
         self.room(
             (c, normal),
-            &self.age(start, c, tau),
+            &self.stick_time(start, c, tau),
             &expansion.force_rate(c),
             expansion.force(c),
         )
@@ -101,8 +101,8 @@ impl Course<'_> {
             }
         };
         let (x, v) = (across(Layout::x), across(Layout::v));
-        let lanes = x.rates.len();
-        let mut number = Dual::fixed(normal.at(clock, x.value, v.value), lanes);
+        let directions = x.rates.len();
+        let mut number = Dual::fixed(normal.at(clock, x.value, v.value), directions);
         let mut series = ZERO;
         normal.expand(clock, &mut series);
         number.shift(series[1], &state.numbers[0]);
@@ -112,15 +112,15 @@ impl Course<'_> {
             let normal = system.contacts[c].normal_force.as_ref();
             normal.map_or(f64::NAN, |normal| normal.at(clock, x.value, v.value))
         };
-        for (parameter, lane) in self.lanes_of(lanes) {
-            number.rates[lane] += parameter.rate(at);
+        for (parameter, axis) in self.directions_of(directions) {
+            number.rates[axis] += parameter.rate(at);
         }
         Some(number)
     }
 
     /// How long a stuck contact has stuck.
-    pub(super) fn age(&self, start: &Moving, c: usize, tau: f64) -> Dual {
-        later(&start.numbers[self.layout.contact(c) + AGE], tau)
+    pub(super) fn stick_time(&self, start: &Moving, c: usize, tau: f64) -> Dual {
+        later(&start.numbers[self.layout.contact(c) + STICK_TIME], tau)
     }
 
     /// The static limit against slip in a direction.
@@ -132,15 +132,15 @@ impl Course<'_> {
             .varied
             .ask(c, inputs, parameters, RELATIVE_STEP, |law, [stick_time, rate]| {
                 [law.toward(direction)
-                    .break_away(Hold::new(stick_time.max(0.0), rate.abs()))]
+                    .static_limit(Rest::new(stick_time.max(0.0), rate.abs()))]
             });
         limit
     }
 
     /// The force that would hold a contact, did it stick in this state, and its rate.
-    pub(super) fn if_stuck(&self, mut state: Moving, contact_states: &[ContactState], c: usize) -> [Dual; 2] {
-        let mut stuck = contact_states.to_vec();
-        stuck[c] = ContactState::Stick;
+    pub(super) fn if_stuck(&self, mut state: Moving, contact_modes: &[ContactMode], c: usize) -> [Dual; 2] {
+        let mut stuck = contact_modes.to_vec();
+        stuck[c] = ContactMode::Stick;
         self.stop(&mut state, &stuck);
         self.holding(&state, &stuck, c)
     }
@@ -193,7 +193,7 @@ impl Course<'_> {
             };
             (next(law.toward(direction), &piece, z[9], &mut memory), memory)
         };
-        let own = &state.numbers[at..at + AGE];
+        let own = &state.numbers[at..at + STICK_TIME];
         let inputs: [&Dual; 11] = std::array::from_fn(|i| match i {
             9 => u,
             10 => force_rate,
@@ -215,9 +215,9 @@ impl Course<'_> {
     pub(super) fn pass(&self, end: &PhaseEnd, moves: &Dual) -> Moving {
         let &PhaseEnd { phase, next, .. } = end;
         let mut after = self.there(end);
-        for (c, (contact_state, next)) in phase.contact_states.iter().zip(next).enumerate() {
-            if *contact_state == ContactState::Stick {
-                after.numbers[self.layout.contact(c) + AGE] = self.age(end.start, c, end.tau);
+        for (c, (contact_state, next)) in phase.contact_modes.iter().zip(next).enumerate() {
+            if *contact_state == ContactMode::Stick {
+                after.numbers[self.layout.contact(c) + STICK_TIME] = self.stick_time(end.start, c, end.tau);
             }
             let event = c == phase.contact && !matches!(phase.ending, Ending::Time | Ending::Section);
             if contact_state != next || event {
@@ -253,13 +253,13 @@ impl Course<'_> {
             start, phase, next, ..
         } = end;
         let c = phase.contact;
-        let (Some(ContactState::Slip(direction)), Ending::Line(end @ (End::Low | End::High))) =
-            (phase.contact_states.get(c), phase.ending)
+        let (Some(ContactMode::Slip(direction)), Ending::Line(end @ (End::Low | End::High))) =
+            (phase.contact_modes.get(c), phase.ending)
         else {
             return;
         };
         let contact = &self.varied.base.contacts[c];
-        if contact.other.is_some() || next[c] == ContactState::Stick {
+        if contact.other.is_some() || next[c] == ContactMode::Stick {
             return;
         }
         let clock = Clock::at(after.numbers[0].value);
@@ -280,27 +280,37 @@ impl Course<'_> {
             ..
         } = end;
         let at = self.layout.contact(c);
-        let lanes = start.numbers[0].rates.len();
+        let directions = start.numbers[0].rates.len();
         let rate = || {
             if self.laws[c].feels_force_rate() {
-                let [_, rate] = self.if_stuck(self.there(end), &phase.contact_states, c);
+                let [_, rate] = self.if_stuck(self.there(end), &phase.contact_modes, c);
                 rate
             } else {
-                Dual::fixed(0.0, lanes)
+                Dual::fixed(0.0, directions)
             }
         };
         let leave = |law: &Law, _: &Piece, force: f64, memory: &mut Memory| law.leave(force, memory);
         // That of the slip ahead.
         let direction = next[c].direction();
-        match (phase.contact_states[c], next[c]) {
-            (_, ContactState::Stick) => after.numbers[at + AGE] = Dual::fixed(0.0, lanes),
-            (ContactState::Stick, _) => {
-                let force =
-                    self.static_limit(c, direction, &self.age(start, c, tau), &expansion.force_rate(c));
-                after.numbers[at + AGE] = Dual::fixed(0.0, lanes);
-                self.take_line(after, (c, direction), &force, &Dual::fixed(0.0, lanes), leave);
+        match (phase.contact_modes[c], next[c]) {
+            (_, ContactMode::Stick) => after.numbers[at + STICK_TIME] = Dual::fixed(0.0, directions),
+            (ContactMode::Stick, _) => {
+                let force = self.static_limit(
+                    c,
+                    direction,
+                    &self.stick_time(start, c, tau),
+                    &expansion.force_rate(c),
+                );
+                after.numbers[at + STICK_TIME] = Dual::fixed(0.0, directions);
+                self.take_line(
+                    after,
+                    (c, direction),
+                    &force,
+                    &Dual::fixed(0.0, directions),
+                    leave,
+                );
             }
-            (ContactState::Hold(_), _) => {
+            (ContactMode::Hold(_), _) => {
                 let balance = if phase.ending == Ending::Line(End::High) {
                     f64::INFINITY
                 } else {
@@ -314,13 +324,19 @@ impl Course<'_> {
                     |law, _, u, memory| law.begin(u, balance, memory),
                 );
             }
-            (ContactState::Slip(_), ContactState::Hold(_)) => {}
-            (ContactState::Slip(_), ContactState::Slip(_)) => {
+            (ContactMode::Slip(_), ContactMode::Hold(_)) => {}
+            (ContactMode::Slip(_), ContactMode::Slip(_)) => {
                 let Ending::Line(end) = phase.ending else { return };
                 let low = &start.numbers[at + LOW];
                 if end == End::Low && low.value <= 0.0 {
-                    let force = self.static_limit(c, direction, &Dual::fixed(0.0, lanes), &rate());
-                    self.take_line(after, (c, direction), &force, &Dual::fixed(0.0, lanes), leave);
+                    let force = self.static_limit(c, direction, &Dual::fixed(0.0, directions), &rate());
+                    self.take_line(
+                        after,
+                        (c, direction),
+                        &force,
+                        &Dual::fixed(0.0, directions),
+                        leave,
+                    );
                     return;
                 }
                 let u = match end {

@@ -5,11 +5,11 @@ mod numbers;
 use std::cell::{OnceCell, RefCell};
 
 use super::closed::{Closed, Moved};
-use super::state::{ContactState, Layout, Moving};
+use super::state::{ContactMode, Layout, Moving};
 use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
 use crate::dual::Dual;
-use crate::flow::taylor::tangent::{ABREAST, Along, Given, Lanes, Linear, Tangent, stiffening};
+use crate::flow::taylor::tangent::{Along, BLOCK, Block, Given, Linear, Tangent, stiffening};
 use crate::flow::taylor::{ForceLine, Frame, Held, Motion};
 use crate::law::Law;
 use crate::series::{Series, ZERO};
@@ -25,7 +25,7 @@ const RATES: usize = 2;
 type Around<'a> = [(Frame, Vec<&'a Law>); 4];
 
 /// A system ready to be expanded, and those beside it.
-pub(super) struct Course<'a> {
+pub(super) struct VariedMotion<'a> {
     pub(super) varied: &'a Varied,
     pub(super) frame: Frame,
     pub(super) laws: Vec<&'a Law>,
@@ -46,12 +46,12 @@ pub(super) struct Mode {
     beside: Vec<[Held; 4]>,
 }
 
-/// A Taylor expansion with its derivatives, and the time into it; its memory is used again for the next. The last lane is the
+/// A Taylor expansion with its derivatives, and the time into it; its memory is used again for the next. The last axis is the
 /// time along the phase.
 #[derive(Clone)]
 pub(super) struct Expansion {
     motion: Motion,
-    /// The lanes along which the motion moves, [`ABREAST`] to a tangent.
+    /// The directions along which the motion moves, [`BLOCK`] to a tangent.
     moving: Vec<usize>,
     tangents: Vec<Tangent>,
     /// F′ along the motion, of smooth laws.
@@ -62,7 +62,7 @@ pub(super) struct Expansion {
     v: Vec<f64>,
     /// What closed form gave in place of an expansion.
     leapt: Option<Moved>,
-    lanes: usize,
+    directions: usize,
     /// When the expansion begins, from the start of the phase.
     pub(super) begin: f64,
     pub(super) h: f64,
@@ -82,27 +82,24 @@ fn laws(system: &System) -> Vec<&Law> {
 }
 
 /// What the flow needs to know of every contact.
-pub(super) fn force_lines(
-    contact_states: &[ContactState],
-    line: impl Fn(usize) -> [f64; 2],
-) -> Vec<ForceLine> {
-    let force_line = |(c, contact_state): (usize, &ContactState)| {
+pub(super) fn force_lines(contact_modes: &[ContactMode], line: impl Fn(usize) -> [f64; 2]) -> Vec<ForceLine> {
+    let force_line = |(c, contact_state): (usize, &ContactMode)| {
         let (direction, [offset, slope]) = match *contact_state {
-            ContactState::Stick => return ForceLine::STUCK,
-            ContactState::Hold(direction) => (direction, [0.0, f64::INFINITY]),
-            ContactState::Slip(direction) => (direction, line(c)),
+            ContactMode::Stick => return ForceLine::STUCK,
+            ContactMode::Hold(direction) => (direction, [0.0, f64::INFINITY]),
+            ContactMode::Slip(direction) => (direction, line(c)),
         };
         ForceLine {
             direction,
             offset,
             slope,
-            still: false,
+            zero_slope: false,
         }
     };
-    contact_states.iter().enumerate().map(force_line).collect()
+    contact_modes.iter().enumerate().map(force_line).collect()
 }
 
-impl<'a> Course<'a> {
+impl<'a> VariedMotion<'a> {
     pub(super) fn new(varied: &'a Varied) -> Self {
         let base = &varied.base;
         let frame = Frame::of(base);
@@ -144,24 +141,24 @@ impl<'a> Course<'a> {
     }
 
     /// The directions of differentiation, and the time along the phase.
-    pub(super) fn all_lanes(&self) -> usize {
-        self.varied.lanes() + 1
+    pub(super) fn all_directions(&self) -> usize {
+        self.varied.directions() + 1
     }
 
-    /// The lane of the first parameter among `lanes`; none where only time counts.
-    pub(super) fn parameters(&self, lanes: usize) -> Option<usize> {
-        (lanes > 1).then(|| self.layout.width())
+    /// The axis of the first parameter among `directions`; none where only time counts.
+    pub(super) fn parameters(&self, directions: usize) -> Option<usize> {
+        (directions > 1).then(|| self.layout.width())
     }
 
-    /// The parameters and their lanes among `lanes`.
-    pub(super) fn lanes_of(&self, lanes: usize) -> impl Iterator<Item = (&Parameter, usize)> {
-        let lanes = self.parameters(lanes).into_iter().flat_map(|first| first..);
-        self.varied.parameters.iter().zip(lanes)
+    /// The parameters and their directions among `directions`.
+    pub(super) fn directions_of(&self, directions: usize) -> impl Iterator<Item = (&Parameter, usize)> {
+        let directions = self.parameters(directions).into_iter().flat_map(|first| first..);
+        self.varied.parameters.iter().zip(directions)
     }
 
     /// What the contacts do along a phase from a state.
-    fn mode(&self, state: &Moving, contact_states: &[ContactState]) -> Mode {
-        let force_lines = force_lines(contact_states, |c| {
+    fn mode(&self, state: &Moving, contact_modes: &[ContactMode]) -> Mode {
+        let force_lines = force_lines(contact_modes, |c| {
             let at = self.layout.contact(c);
             [state.numbers[at].value, state.numbers[at + 1].value]
         });
@@ -170,7 +167,7 @@ impl<'a> Course<'a> {
                 .filter(|&c| force_lines[c].holds())
                 .collect(),
         );
-        // What systems beside this one would give is asked only where parameters have lanes.
+        // What systems beside this one would give is asked only where parameters have directions.
         let acting = match state.numbers[0].rates.len() {
             1 => &[],
             _ => self.acting(),
@@ -192,12 +189,12 @@ impl<'a> Course<'a> {
     pub(super) fn go(
         &self,
         start: &Moving,
-        contact_states: &[ContactState],
+        contact_modes: &[ContactMode],
         tau: f64,
         expansion: &mut Expansion,
     ) {
-        if !self.leap(start, contact_states, tau, expansion) {
-            self.walk(start, contact_states, tau, expansion, &mut |_| {});
+        if !self.leap(start, contact_modes, tau, expansion) {
+            self.walk(start, contact_modes, tau, expansion, &mut |_| {});
         }
     }
 
@@ -205,14 +202,14 @@ impl<'a> Course<'a> {
     fn leap(
         &self,
         start: &Moving,
-        contact_states: &[ContactState],
+        contact_modes: &[ContactMode],
         tau: f64,
         expansion: &mut Expansion,
     ) -> bool {
-        let (Some(closed), &[contact_state]) = (&self.closed, contact_states) else {
+        let (Some(closed), &[contact_state]) = (&self.closed, contact_modes) else {
             return false;
         };
-        if contact_state != ContactState::Stick && self.frame.is_smooth(0, contact_state.direction()) {
+        if contact_state != ContactMode::Stick && self.frame.is_smooth(0, contact_state.direction()) {
             return false;
         }
         expansion.leapt = closed.go(start, contact_state, tau);
@@ -224,7 +221,7 @@ impl<'a> Course<'a> {
     pub(super) fn shift(
         &self,
         start: &Moving,
-        contact_states: &[ContactState],
+        contact_modes: &[ContactMode],
         tau: f64,
         expansion: &mut Expansion,
     ) {
@@ -232,7 +229,7 @@ impl<'a> Course<'a> {
         if (-0.1 * expansion.reach..=expansion.reach).contains(&h) {
             expansion.h = h;
         } else {
-            self.go(start, contact_states, tau, expansion);
+            self.go(start, contact_modes, tau, expansion);
         }
     }
 
@@ -240,18 +237,18 @@ impl<'a> Course<'a> {
     pub(super) fn walk(
         &self,
         start: &Moving,
-        contact_states: &[ContactState],
+        contact_modes: &[ContactMode],
         tau: f64,
         expansion: &mut Expansion,
         pass: &mut dyn FnMut(&Expansion),
     ) {
         let mut here = start.clone();
         let mut clock = Clock::at(start.numbers[0].value);
-        self.stop(&mut here, contact_states);
-        let mode = self.mode(&here, contact_states);
+        self.stop(&mut here, contact_modes);
+        let mode = self.mode(&here, contact_modes);
         (expansion.begin, expansion.leapt) = (0.0, None);
         for step in 0.. {
-            self.expand(self.frame.order, &here, contact_states, &mode, clock, expansion);
+            self.expand(self.frame.order, &here, contact_modes, &mode, clock, expansion);
             if tau - expansion.begin <= expansion.reach {
                 expansion.h = tau - expansion.begin;
                 return;
@@ -278,15 +275,15 @@ impl<'a> Course<'a> {
     }
 
     /// Stuck contacts leave no choice of their slip velocity.
-    pub(super) fn stop(&self, state: &mut Moving, contact_states: &[ContactState]) {
+    pub(super) fn stop(&self, state: &mut Moving, contact_modes: &[ContactMode]) {
         if let Some(closed) = &self.closed {
-            if contact_states == [ContactState::Stick] {
+            if contact_modes == [ContactMode::Stick] {
                 state.numbers[self.layout.v(0)] = closed.drive(state.numbers[0].rates.len());
             }
             return;
         }
-        let stuck: Vec<usize> = (0..contact_states.len())
-            .filter(|&c| contact_states[c] == ContactState::Stick)
+        let stuck: Vec<usize> = (0..contact_modes.len())
+            .filter(|&c| contact_modes[c] == ContactMode::Stick)
             .collect();
         if stuck.is_empty() {
             return;
@@ -327,43 +324,43 @@ impl<'a> Course<'a> {
 
     /// The drive velocities at a time.
     pub(super) fn drives(&self, clock: Clock, t: &Dual) -> Vec<Dual> {
-        let lanes = t.rates.len();
+        let directions = t.rates.len();
         if let Some(closed) = &self.closed {
-            return vec![closed.drive(lanes)];
+            return vec![closed.drive(directions)];
         }
         let mut series = ZERO;
         (0..self.layout.contacts)
             .map(|c| {
                 self.frame.drives[c].expand(clock, &mut series);
-                let mut drive = Dual::fixed(series[0], lanes);
+                let mut drive = Dual::fixed(series[0], directions);
                 drive.shift(series[1], t);
-                for (parameter, beside, lane) in self.acting_on(lanes) {
+                for (parameter, beside, axis) in self.acting_on(directions) {
                     let around = beside.each_ref().map(|(frame, _)| {
                         frame.drives[c].expand(clock, &mut series);
                         series[0]
                     });
-                    drive.rates[lane] += difference(around, parameter.step);
+                    drive.rates[axis] += difference(around, parameter.step);
                 }
                 drive
             })
             .collect()
     }
 
-    /// The parameters that change the motion within a phase, the systems around each, and their lanes among `lanes`.
-    fn acting_on(&self, lanes: usize) -> impl Iterator<Item = (&Parameter, &Around<'a>, usize)> {
-        let first = self.parameters(lanes);
+    /// The parameters that change the motion within a phase, the systems around each, and their directions among `directions`.
+    fn acting_on(&self, directions: usize) -> impl Iterator<Item = (&Parameter, &Around<'a>, usize)> {
+        let first = self.parameters(directions);
         let acting = first.map_or(&[][..], |_| self.acting());
         (acting.iter()).filter_map(move |(which, beside)| {
             Some((&self.varied.parameters[*which], beside, first? + which))
         })
     }
 
-    /// The expansion from a state, with a tangent for every lane along which it moves, up to the `order`.
+    /// The expansion from a state, with a tangent for every axis along which it moves, up to the `order`.
     fn expand(
         &self,
         order: usize,
         state: &Moving,
-        contact_states: &[ContactState],
+        contact_modes: &[ContactMode],
         mode: &Mode,
         clock: Clock,
         expansion: &mut Expansion,
@@ -375,9 +372,9 @@ impl<'a> Course<'a> {
         expansion.motion.aim(&self.frame, clock);
         // A motion is followed by its slow part where its tangents have no fast part either; few coefficients do not tell.
         let slow = order == self.frame.order
-            && self.expand_part(true, order, state, contact_states, mode, clock, expansion);
+            && self.expand_part(true, order, state, contact_modes, mode, clock, expansion);
         if !slow {
-            self.expand_part(false, order, state, contact_states, mode, clock, expansion);
+            self.expand_part(false, order, state, contact_modes, mode, clock, expansion);
         }
     }
 
@@ -388,13 +385,13 @@ impl<'a> Course<'a> {
         slow: bool,
         order: usize,
         state: &Moving,
-        contact_states: &[ContactState],
+        contact_modes: &[ContactMode],
         mode: &Mode,
         clock: Clock,
         expansion: &mut Expansion,
     ) -> bool {
         let layout = self.layout;
-        let number = |lane: usize| &state.numbers[lane];
+        let number = |axis: usize| &state.numbers[axis];
         let Mode {
             force_lines, held, ..
         } = mode;
@@ -429,10 +426,10 @@ impl<'a> Course<'a> {
                 f64::INFINITY
             }
         };
-        expansion.lanes = number(0).rates.len();
+        expansion.directions = number(0).rates.len();
         expansion.moving.clear();
-        // Without other lanes time needs no tangent: it is the slope of the series.
-        if expansion.lanes == 1 {
+        // Without other directions time needs no tangent: it is the slope of the series.
+        if expansion.directions == 1 {
             return true;
         }
         let smooth = |c: usize| self.frame.is_smooth(c, force_lines[c].direction);
@@ -445,31 +442,30 @@ impl<'a> Course<'a> {
             }
         }
         self.give(order, mode, clock, expansion);
-        let acting: Vec<usize> = self.acting_on(expansion.lanes).map(|(_, _, lane)| lane).collect();
+        let acting: Vec<usize> = self
+            .acting_on(expansion.directions)
+            .map(|(_, _, axis)| axis)
+            .collect();
         let line = |c: usize| {
-            let counts = matches!(contact_states[c], ContactState::Slip(_)) && !smooth(c);
+            let counts = matches!(contact_modes[c], ContactMode::Slip(_)) && !smooth(c);
             let at = layout.contact(c);
             counts.then(|| [number(at), number(at + 1)])
         };
         let lines = (0..layout.contacts).filter_map(line).flatten();
         let counts: Vec<&Dual> = state.numbers[..layout.contact(0)].iter().chain(lines).collect();
         let moves =
-            |lane: usize| acting.contains(&lane) || counts.iter().any(|number| number.rates[lane] != 0.0);
+            |axis: usize| acting.contains(&axis) || counts.iter().any(|number| number.rates[axis] != 0.0);
         expansion
             .moving
-            .extend((0..expansion.lanes).filter(|&lane| moves(lane)));
-        let blocks = expansion.moving.len().div_ceil(ABREAST);
+            .extend((0..expansion.directions).filter(|&axis| moves(axis)));
+        let blocks = expansion.moving.len().div_ceil(BLOCK);
         if expansion.tangents.len() < blocks {
             expansion.tangents.resize(blocks, Tangent::new(&self.frame));
         }
-        for (tangent, moving) in expansion
-            .tangents
-            .iter_mut()
-            .zip(expansion.moving.chunks(ABREAST))
-        {
-            let along = |number: &Dual| -> Lanes {
+        for (tangent, moving) in expansion.tangents.iter_mut().zip(expansion.moving.chunks(BLOCK)) {
+            let along = |number: &Dual| -> Block {
                 let rates = &*number.rates;
-                std::array::from_fn(|lane| moving.get(lane).map_or(0.0, |&lane| rates[lane]))
+                std::array::from_fn(|axis| moving.get(axis).map_or(0.0, |&axis| rates[axis]))
             };
             tangent.clock = along(number(0));
             for i in 0..layout.masses {
@@ -477,13 +473,13 @@ impl<'a> Course<'a> {
                 tangent.v[i][0] = along(number(layout.v(i)));
             }
             for (c, own) in tangent.line.iter_mut().enumerate() {
-                *own = line(c).map_or([Lanes::NOTHING; 2], |line| line.map(along));
+                *own = line(c).map_or([Block::NOTHING; 2], |line| line.map(along));
             }
             let given = acting
                 .iter()
                 .zip(&expansion.acting)
-                .filter_map(|(lane, (_, given))| {
-                    let along = moving.iter().position(|moving| moving == lane)?;
+                .filter_map(|(axis, (_, given))| {
+                    let along = moving.iter().position(|moving| moving == axis)?;
                     Some((along, given))
                 });
             let along = Along {
@@ -538,7 +534,7 @@ impl<'a> Course<'a> {
     }
 
     /// The force of a contact and its rate at the start of a phase on which it would stick.
-    pub(super) fn holding(&self, state: &Moving, contact_states: &[ContactState], c: usize) -> [Dual; 2] {
+    pub(super) fn holding(&self, state: &Moving, contact_modes: &[ContactMode], c: usize) -> [Dual; 2] {
         if let Some(closed) = &self.closed {
             return closed.holding(&state.numbers[self.layout.x(0)], &state.numbers[0]);
         }
@@ -547,8 +543,8 @@ impl<'a> Course<'a> {
         self.expand(
             RATES,
             state,
-            contact_states,
-            &self.mode(state, contact_states),
+            contact_modes,
+            &self.mode(state, contact_modes),
             clock,
             expansion,
         );
@@ -585,7 +581,7 @@ impl Expansion {
             x: vec![0.0; x.len()],
             v: vec![0.0; x.len()],
             leapt: None,
-            lanes: 0,
+            directions: 0,
             begin: 0.0,
             h: 0.0,
             reach: 0.0,
@@ -597,7 +593,7 @@ impl Expansion {
 mod tests {
     use serde_json::json;
 
-    use super::{ContactState, Course};
+    use super::{ContactMode, VariedMotion};
     use crate::system::System;
     use crate::variation::state::State;
     use crate::variation::varied::Varied;
@@ -631,22 +627,22 @@ mod tests {
                     .collect();
                 let (system, _) = System::read(&document).expect("a good system");
                 let varied = Varied::new(&system, &document, &paths).expect("good numbers");
-                let course = Course::new(&varied);
+                let motion = VariedMotion::new(&varied);
                 let mut numbers = vec![7.0, 0.5, -0.2, 0.6, slope, 0.0, f64::INFINITY];
-                numbers.resize(course.layout.width(), 0.0);
+                numbers.resize(motion.layout.width(), 0.0);
                 let start = State {
                     numbers,
                     flags: vec![crate::variation::Flags::default()],
                 }
-                .seeded(course.all_lanes());
-                let (mut stepped, mut leapt) = (course.expansion(), course.expansion());
+                .seeded(motion.all_directions());
+                let (mut stepped, mut leapt) = (motion.expansion(), motion.expansion());
                 for contact_state in [
-                    ContactState::Slip(1.0),
-                    ContactState::Slip(-1.0),
-                    ContactState::Stick,
+                    ContactMode::Slip(1.0),
+                    ContactMode::Slip(-1.0),
+                    ContactMode::Stick,
                 ] {
-                    course.walk(&start, &[contact_state], tau, &mut stepped, &mut |_| {});
-                    assert!(course.leap(&start, &[contact_state], tau, &mut leapt));
+                    motion.walk(&start, &[contact_state], tau, &mut stepped, &mut |_| {});
+                    assert!(motion.leap(&start, &[contact_state], tau, &mut leapt));
                     let pairs = [
                         (stepped.x(0), leapt.x(0)),
                         (stepped.v(0), leapt.v(0)),

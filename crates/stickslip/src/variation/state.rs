@@ -10,11 +10,11 @@ pub const CONTACT: usize = 10;
 /// Where among them the ends of the line and the time of adhesion stand.
 pub(super) const LOW: usize = 2;
 pub(super) const HIGH: usize = 3;
-pub(super) const AGE: usize = 9;
+pub(super) const STICK_TIME: usize = 9;
 
 /// What a contact does along a phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ContactState {
+pub enum ContactMode {
     /// It sticks.
     Stick,
     /// It slips in a direction.
@@ -23,7 +23,7 @@ pub enum ContactState {
     Hold(f64),
 }
 
-impl ContactState {
+impl ContactMode {
     /// The direction of its slip, 0 while it sticks.
     pub(super) fn direction(self) -> f64 {
         match self {
@@ -50,7 +50,7 @@ pub enum Ending {
 #[derive(Clone, Debug)]
 pub struct Phase {
     /// What every contact does.
-    pub contact_states: Vec<ContactState>,
+    pub contact_modes: Vec<ContactMode>,
     /// What ends it.
     pub ending: Ending,
     /// At which contact.
@@ -81,7 +81,7 @@ impl Flags {
 }
 
 /// The numbers of a line of friction and of a memory, in the order of a state.
-pub(super) fn line_of(piece: &Piece, memory: &Memory) -> [f64; AGE] {
+pub(super) fn line_of(piece: &Piece, memory: &Memory) -> [f64; STICK_TIME] {
     [
         piece.offset,
         piece.slope,
@@ -98,7 +98,7 @@ pub(super) fn line_of(piece: &Piece, memory: &Memory) -> [f64; AGE] {
 /// What of a contact belongs to a state; a stick begins now.
 pub(crate) fn contact_of(piece: &Piece, memory: &Memory) -> ([f64; CONTACT], Flags) {
     let mut numbers = [0.0; CONTACT];
-    numbers[..AGE].copy_from_slice(&line_of(piece, memory));
+    numbers[..STICK_TIME].copy_from_slice(&line_of(piece, memory));
     (numbers, Flags::of(piece, memory))
 }
 
@@ -179,21 +179,21 @@ impl State {
         (piece, memory)
     }
 
-    /// Without derivatives, but for room of `lanes`.
-    pub(super) fn still(&self, lanes: usize) -> Moving {
+    /// Without derivatives, but for room of `directions`.
+    pub(super) fn without_derivatives(&self, directions: usize) -> Moving {
         Moving {
             numbers: self
                 .numbers
                 .iter()
-                .map(|&value| Dual::fixed(value, lanes))
+                .map(|&value| Dual::fixed(value, directions))
                 .collect(),
             flags: self.flags.clone(),
         }
     }
 
     /// Every finite number with its derivatives, row after row of so many `columns`.
-    pub(super) fn moving(&self, lanes: usize, rows: &[f64], columns: usize) -> Moving {
-        let mut moving = self.still(lanes);
+    pub(super) fn moving(&self, directions: usize, rows: &[f64], columns: usize) -> Moving {
+        let mut moving = self.without_derivatives(directions);
         for (number, row) in moving.numbers.iter_mut().zip(rows.chunks_exact(columns)) {
             if number.value.is_finite() {
                 number.rates[..columns].copy_from_slice(row);
@@ -203,11 +203,11 @@ impl State {
     }
 
     /// Every finite number a direction of its own.
-    pub(super) fn seeded(&self, lanes: usize) -> Moving {
-        let mut moving = self.still(lanes);
-        for (lane, number) in moving.numbers.iter_mut().enumerate() {
+    pub(super) fn seeded(&self, directions: usize) -> Moving {
+        let mut moving = self.without_derivatives(directions);
+        for (axis, number) in moving.numbers.iter_mut().enumerate() {
             if number.value.is_finite() {
-                number.rates[lane] = 1.0;
+                number.rates[axis] = 1.0;
             }
         }
         moving

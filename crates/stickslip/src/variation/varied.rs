@@ -170,11 +170,11 @@ impl Varied {
     }
 
     /// Directions of differentiation: the numbers of a state and the parameters, one at least.
-    pub fn lanes(&self) -> usize {
+    pub fn directions(&self) -> usize {
         Layout::of(&self.base).width() + self.parameters.len().max(1)
     }
 
-    /// What the law of a contact answers to numbers, with the derivatives of its answers; `parameters` is the lane of the
+    /// What the law of a contact answers to numbers, with the derivatives of its answers; `parameters` is the axis of the
     /// first parameter.
     pub(super) fn ask<const I: usize, const O: usize>(
         &self,
@@ -186,8 +186,8 @@ impl Varied {
     ) -> [Dual; O] {
         let law = &self.base.contacts[contact].law;
         let values = inputs.map(|input| input.value);
-        let lanes = inputs[0].rates.len();
-        let mut outputs = answer(law, values).map(|value| Dual::fixed(value, lanes));
+        let directions = inputs[0].rates.len();
+        let mut outputs = answer(law, values).map(|value| Dual::fixed(value, directions));
         let spread = |outputs: &mut [Dual; O], around: [[f64; O]; 4], step: f64, along: &Dual| {
             for (o, output) in outputs.iter_mut().enumerate() {
                 if output.value.is_finite() {
@@ -235,19 +235,19 @@ impl Varied {
                 }
             }
         }
-        let lanes_of = parameters.into_iter().flat_map(|first| first..);
+        let directions_of = parameters.into_iter().flat_map(|first| first..);
         for (
             Parameter {
                 around, step, laws, ..
             },
-            lane,
-        ) in self.parameters.iter().zip(lanes_of)
+            axis,
+        ) in self.parameters.iter().zip(directions_of)
         {
             if laws[contact] {
                 let around = around
                     .each_ref()
                     .map(|system| answer(&system.contacts[contact].law, values));
-                spread(&mut outputs, around, *step, &Dual::along(0.0, lane, lanes));
+                spread(&mut outputs, around, *step, &Dual::along(0.0, axis, directions));
             }
         }
         outputs

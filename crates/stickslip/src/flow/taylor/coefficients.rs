@@ -272,9 +272,9 @@ impl Lines {
             } else {
                 (0.0, 0.0, 0.0)
             };
-            let pinned = !slips && !line.apart() && line.offset != 0.0;
+            let pinned = !slips && !line.separated() && line.offset != 0.0;
             let smooth = slips && frame.is_smooth(c, line.direction);
-            if pinned || smooth || line.apart() || frame.normals[c].is_some() {
+            if pinned || smooth || line.separated() || frame.normals[c].is_some() {
                 self.others.push(c);
             }
         }
@@ -374,7 +374,7 @@ impl Motion {
             let c = self.acting.lines.others[at];
             self.press(frame, c, k);
             let line = &force_lines[c];
-            let force = if line.apart() {
+            let force = if line.separated() {
                 0.0
             } else if line.slips() {
                 self.speed[c][k] = self.u.of(k)[c];
@@ -518,7 +518,7 @@ impl Motion {
             self.acceleration.fill(0.0);
         }
         if k == 0 {
-            for (c, _) in force_lines.iter().enumerate().filter(|(_, line)| line.still) {
+            for (c, _) in force_lines.iter().enumerate().filter(|(_, line)| line.zero_slope) {
                 let slope = drive[c] - frame.across(c, |i| self.acceleration[i]);
                 frame.push(c, slope / frame.coupling(c, c), &mut self.acceleration);
             }

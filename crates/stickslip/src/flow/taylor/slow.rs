@@ -5,7 +5,7 @@
 //! q_{k+1} from the pass before: each pass takes away all but the share ω/δ of the error (Hairer & Wanner, Solving Ordinary
 //! Differential Equations II, 1996, section VI.2). All other velocities follow as ever.
 
-use super::tangent::{ABREAST, Along, Lanes, Linear, Tangent};
+use super::tangent::{Along, BLOCK, Block, Linear, Tangent};
 use super::{ForceLine, Frame, Held, Motion};
 use crate::law::Law;
 use crate::matrix::Matrix;
@@ -36,7 +36,7 @@ pub(super) struct Heavy {
 /// The directions of the velocities that damping leaves no other than a slow motion, as long as some contacts hold.
 #[derive(Clone, Debug)]
 pub(super) struct Slow {
-    modes: Vec<Mode>,
+    modes: Vec<Eigenmode>,
     pace: Pace,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Pace {
 
 /// One of them: z, M z and δ.
 #[derive(Clone, Debug)]
-struct Mode {
+struct Eigenmode {
     shape: Vec<f64>,
     dual: Vec<f64>,
     rate: f64,
@@ -140,7 +140,7 @@ impl Heavy {
                 let known: f64 = (i + 1..n).map(|j| self.lower.at(j, i) * shape[j]).sum();
                 shape[i] = (shape[i] - known) / self.lower.at(i, i);
             }
-            modes.push(Mode { shape, dual, rate });
+            modes.push(Eigenmode { shape, dual, rate });
         }
         // What damping holds in every direction creeps at ω²/δ, or as it is driven.
         let pace = if !modes.is_empty() && modes.len() + fixed.len() == n {
@@ -173,7 +173,7 @@ impl Motion {
         let Some(Slow { modes, pace }) = &held.slow else {
             return false;
         };
-        if force_lines.iter().any(|line| line.still) {
+        if force_lines.iter().any(|line| line.zero_slope) {
             return false;
         }
         if modes.is_empty() {
@@ -240,12 +240,12 @@ impl Tangent {
                 return true;
             }
         };
-        let start: Vec<Lanes> = self.v.iter().map(|v| v[0]).collect();
+        let start: Vec<Block> = self.v.iter().map(|v| v[0]).collect();
         let count = modes.len();
-        let mut before = vec![Lanes::NOTHING; count * (order + 1)];
-        let mut changed = vec![Lanes::NOTHING; count];
+        let mut before = vec![Block::NOTHING; count * (order + 1)];
+        let mut changed = vec![Block::NOTHING; count];
         for _ in 0..PASSES {
-            let mut now = vec![Lanes::NOTHING; count * (order + 1)];
+            let mut now = vec![Block::NOTHING; count * (order + 1)];
             for k in 0..order {
                 let next = (k + 1) as f64;
                 for _ in 0..CORRECTIONS {
@@ -271,7 +271,7 @@ impl Tangent {
             before = now;
         }
         let Along { frame, .. } = *along;
-        let slow = (0..ABREAST).all(|lane| {
+        let slow = (0..BLOCK).all(|lane| {
             let x = self.x.iter().map(|x| x[0][lane].abs()).fold(0.0, f64::max);
             let friction = |c: usize| self.force[c][0][lane].abs() * frame.coupling(c, c);
             let pull = (0..self.force.len())
@@ -299,10 +299,10 @@ impl Tangent {
     }
 }
 
-impl Mode {
+impl Eigenmode {
     /// How much of it there is in velocities.
-    fn part(&self, of: impl Fn(usize) -> Lanes) -> Lanes {
-        let mut part = Lanes::NOTHING;
+    fn part(&self, of: impl Fn(usize) -> Block) -> Block {
+        let mut part = Block::NOTHING;
         for (i, dual) in self.dual.iter().enumerate() {
             part.add(*dual, of(i));
         }

@@ -9,11 +9,11 @@ use crate::law::{Friction, Law};
 use crate::series::{Grown, INVERSE, ORDER, Series, ZERO, product};
 
 /// So many directions of differentiation go in SIMD lanes, through the registers of a processor.
-pub(crate) const ABREAST: usize = 8;
+pub(crate) const BLOCK: usize = 8;
 /// A number along each of them.
-pub(crate) type Lanes = [f64; ABREAST];
+pub(crate) type Block = [f64; BLOCK];
 /// A series along each of them.
-pub(crate) type Wide = [Lanes; ORDER + 1];
+pub(crate) type Wide = [Block; ORDER + 1];
 
 /// What linear equations move: a number, or several side by side.
 pub(crate) trait Linear: Copy {
@@ -29,8 +29,8 @@ impl Linear for f64 {
     }
 }
 
-impl Linear for Lanes {
-    const NOTHING: Self = [0.0; ABREAST];
+impl Linear for Block {
+    const NOTHING: Self = [0.0; BLOCK];
     #[inline]
     fn add(&mut self, factor: f64, other: Self) {
         for (own, other) in self.iter_mut().zip(other) {
@@ -44,9 +44,9 @@ impl Linear for Lanes {
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent {
     /// How far the clock moves.
-    pub(crate) clock: Lanes,
+    pub(crate) clock: Block,
     /// How far offset and slope of the line of friction of each contact move.
-    pub(crate) line: Vec<[Lanes; 2]>,
+    pub(crate) line: Vec<[Block; 2]>,
     pub(crate) x: Vec<Wide>,
     pub(crate) v: Vec<Wide>,
     /// Of the slip speeds.
@@ -55,7 +55,7 @@ pub(crate) struct Tangent {
     /// Of the normal forces that vary, and of friction under the normal forces of the laws.
     normal: Vec<Wide>,
     friction: Vec<Wide>,
-    pub(super) acceleration: Vec<Lanes>,
+    pub(super) acceleration: Vec<Block>,
 }
 
 /// What tangents go along: an expanded motion up to an order, F′ of the slipping contacts, and what parameters change along
@@ -79,13 +79,13 @@ pub(crate) struct Given {
 }
 
 /// Series along several directions at `h`, and their slopes.
-pub(crate) fn wide_at(series: &Wide, h: f64) -> [Lanes; 2] {
+pub(crate) fn wide_at(series: &Wide, h: f64) -> [Block; 2] {
     if h == 0.0 {
         return [series[0], series[1]];
     }
-    let (mut value, mut slope) = (series[ORDER], Lanes::NOTHING);
+    let (mut value, mut slope) = (series[ORDER], Block::NOTHING);
     for term in series[..ORDER].iter().rev() {
-        for lane in 0..ABREAST {
+        for lane in 0..BLOCK {
             slope[lane] = slope[lane] * h + value[lane];
             value[lane] = value[lane] * h + term[lane];
         }
@@ -206,17 +206,17 @@ impl Tangent {
     /// Along nothing.
     pub(crate) fn new(frame: &Frame) -> Self {
         let (n, c) = (frame.masses, frame.ends.len());
-        let nothing = [Lanes::NOTHING; ORDER + 1];
+        let nothing = [Block::NOTHING; ORDER + 1];
         Self {
-            clock: Lanes::NOTHING,
-            line: vec![[Lanes::NOTHING; 2]; c],
+            clock: Block::NOTHING,
+            line: vec![[Block::NOTHING; 2]; c],
             x: vec![nothing; n],
             v: vec![nothing; n],
             u: vec![nothing; c],
             force: vec![nothing; c],
             normal: vec![nothing; c],
             friction: vec![nothing; c],
-            acceleration: vec![Lanes::NOTHING; n],
+            acceleration: vec![Block::NOTHING; n],
         }
     }
 
@@ -227,7 +227,7 @@ impl Tangent {
         series
             .map(|series| &series[order])
             .chain(forces)
-            .all(|last| *last == Lanes::NOTHING)
+            .all(|last| *last == Block::NOTHING)
     }
 
     /// Expand along an expanded motion from the coefficients 0 of x and v.
@@ -265,7 +265,7 @@ impl Tangent {
                 continue;
             }
             // Of the size of friction under the normal force of the law.
-            let mut force = Lanes::NOTHING;
+            let mut force = Block::NOTHING;
             if frame.is_smooth(c, force_line.direction) {
                 for (j, slope) in slopes[c][..=k].iter().enumerate() {
                     force.add(*slope, self.u[c][k - j]);
@@ -284,7 +284,7 @@ impl Tangent {
                 pressed.add(normal.position, frame.across(c, |i| self.x[i][k]));
                 pressed.add(normal.velocity, frame.across(c, |i| self.v[i][k]));
                 self.normal[c][k] = pressed;
-                force = Lanes::NOTHING;
+                force = Block::NOTHING;
                 for j in 0..=k {
                     force.add(motion.friction[c][k - j], self.normal[c][j]);
                     force.add(motion.normal[c][k - j], self.friction[c][j]);
@@ -329,7 +329,7 @@ impl Tangent {
 }
 
 /// What the clock changes in a coefficient of a series that comes from outside: its derivative.
-fn later(clock: Lanes, series: &Series, k: usize) -> Lanes {
+fn later(clock: Block, series: &Series, k: usize) -> Block {
     let slope = if k < ORDER {
         (k + 1) as f64 * series[k + 1]
     } else {
@@ -343,10 +343,10 @@ fn slip(
     frame: &Frame,
     force_line: &ForceLine,
     contact: usize,
-    drive: Lanes,
-    v: impl Fn(usize) -> Lanes,
-) -> Lanes {
-    let mut slip = Lanes::NOTHING;
+    drive: Block,
+    v: impl Fn(usize) -> Block,
+) -> Block {
+    let mut slip = Block::NOTHING;
     slip.add(force_line.sign(), drive);
     slip.add(-force_line.sign(), frame.across(contact, v));
     slip

@@ -1,8 +1,8 @@
-//! What an expansion says of the motion: numbers with their derivatives along the lanes that move.
+//! What an expansion says of the motion: numbers with their derivatives along the directions that move.
 
 use super::Expansion;
 use crate::dual::Dual;
-use crate::flow::taylor::tangent::{ABREAST, Lanes, Tangent, Wide, wide_at};
+use crate::flow::taylor::tangent::{BLOCK, Block, Tangent, Wide, wide_at};
 use crate::flow::taylor::{Coefficients, Frame, Motion};
 use crate::series::{Series, derivative, slope_at};
 
@@ -27,12 +27,12 @@ impl Expansion {
         self.gather(of(&self.motion).of(k)[c], |tangent| along(tangent)[k])
     }
 
-    /// A number and its rates along the lanes that move.
-    fn gather(&self, value: f64, along: impl Fn(&Tangent) -> Lanes) -> Dual {
-        let mut number = Dual::fixed(value, self.lanes);
-        for (tangent, moving) in self.tangents.iter().zip(self.moving.chunks(ABREAST)) {
-            for (&lane, rate) in moving.iter().zip(along(tangent)) {
-                number.rates[lane] = rate;
+    /// A number and its rates along the directions that move.
+    fn gather(&self, value: f64, along: impl Fn(&Tangent) -> Block) -> Dual {
+        let mut number = Dual::fixed(value, self.directions);
+        for (tangent, moving) in self.tangents.iter().zip(self.moving.chunks(BLOCK)) {
+            for (&axis, rate) in moving.iter().zip(along(tangent)) {
+                number.rates[axis] = rate;
             }
         }
         number
@@ -45,7 +45,7 @@ impl Expansion {
             slope_at(of, self.h)
         };
         let mut number = self.gather(value, |tangent| wide_at(along(tangent), self.h)[0]);
-        number.rates[self.lanes - 1] += slope;
+        number.rates[self.directions - 1] += slope;
         number
     }
 
@@ -56,7 +56,7 @@ impl Expansion {
             slope_at(&derivative(of), self.h)
         };
         let mut number = self.gather(value, |tangent| wide_at(along(tangent), self.h)[1]);
-        number.rates[self.lanes - 1] += slope;
+        number.rates[self.directions - 1] += slope;
         number
     }
 

@@ -7,7 +7,7 @@ use crate::event::{Arrival, Start, Work, end_of_hold, end_of_slip, end_of_stick}
 use crate::flow::exact::{Frame, Response, Slip, Stick};
 use crate::hybrid_state::HybridState;
 use crate::lanes::Alone;
-use crate::law::{End, Friction, Hold, Law, Memory, Piece};
+use crate::law::{End, Friction, Law, Memory, Piece, Rest};
 use crate::mode::{self, Kind, Mode};
 use crate::orbit::{Event, Record, Segment};
 use crate::oscillator::Oscillator;
@@ -50,11 +50,12 @@ impl<'a, const H: usize> Loop<'a, H> {
     pub(super) fn new(oscillator: &'a Oscillator, run: Run, clock: Clock) -> Self {
         let (law, frame) = (&oscillator.law, Frame::of(oscillator));
         let steady = law.growth_bound(0.0) == 0.0 && (H == 0 || !law.feels_force_rate());
-        let hold = Hold::new(0.0, (frame.stiffness * frame.drive_velocity).abs());
+        let rest = Rest::new(0.0, (frame.stiffness * frame.drive_velocity).abs());
         Self {
             law,
             alone: None,
-            static_limit: steady.then(|| [-1.0, 1.0].map(|direction| law.toward(direction).break_away(hold))),
+            static_limit: steady
+                .then(|| [-1.0, 1.0].map(|direction| law.toward(direction).static_limit(rest))),
             responses: [frame.response(f64::NAN); KEPT],
             clock,
             forces: frame.forces(clock),
@@ -293,7 +294,7 @@ impl<'a, const H: usize> Loop<'a, H> {
                     forward
                 }
             }
-            None => self.law.toward(holding).break_away(Hold::new(t, rate.abs())),
+            None => self.law.toward(holding).static_limit(Rest::new(t, rate.abs())),
         };
         let (stick_time, force_rate) = (t, rate * holding.signum());
         record.event(Event {
