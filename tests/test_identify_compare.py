@@ -70,7 +70,7 @@ def test_a_comparison_fits_no_law_that_a_part_cannot_tell_and_static_friction_on
         return call
 
     for module in (law_fit, comparison):
-        monkeypatch.setattr(module, "fit_branches", counted(module.fit_branches, fitted))
+        monkeypatch.setattr(module, "fit_forces", counted(module.fit_forces, fitted))
     monkeypatch.setattr(evidence, "fit_static_friction", counted(evidence.fit_static_friction, static))
     found = compare_laws(records, ["Coulomb", "StaticKinetic", "DwellTime", "PiecewiseLinear"], pieces=2)
     assert found.table.index.to_list() == ["Coulomb"]

@@ -10,7 +10,7 @@ import stickslip as ss
 from stickslip.identification import identify
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.kinetic.displacement_error import DisplacementError, without
-from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.laws.numbers import value, with_values
 

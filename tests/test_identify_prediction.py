@@ -12,7 +12,7 @@ import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import compare_motion, friction_of_orbit, identify, predict_motion
-from stickslip.identification.selection.agreement import settled
+from stickslip.identification.prediction.agreement import settled
 from stickslip.measurement import Rig
 
 KINETIC = 0.6
@@ -21,7 +21,7 @@ KINETIC = 0.6
 @pytest.fixture(autouse=True)
 def few_draws(monkeypatch):
     """Enough to tell what is asked here, in a quarter of the time."""
-    monkeypatch.setattr("stickslip.identification.selection.prediction.DRAWS", 8)
+    monkeypatch.setattr("stickslip.identification.prediction.prediction.DRAWS", 8)
 
 
 def run(drive_velocity: float, break_away: float = 1.0, seed: int = 0, damping: float = 0.05):

@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.identification import friction_of_orbit
+from stickslip.identification.prediction.reading import read_motion
 from stickslip.identification.records import read_records
-from stickslip.identification.selection.reading import read_motion
 from stickslip.measurement.regime import slow_share
 
 STEP = 0.01

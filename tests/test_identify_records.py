@@ -17,10 +17,10 @@ from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.files.disk import input_file
 from stickslip.identification import fit_static_friction, fit_steady, friction_of_orbit, identify
+from stickslip.identification.prediction import prediction
+from stickslip.identification.prediction.agreement import compare_motion
+from stickslip.identification.prediction.prediction import columns
 from stickslip.identification.records import read_records
-from stickslip.identification.selection import prediction
-from stickslip.identification.selection.agreement import compare_motion
-from stickslip.identification.selection.prediction import columns
 
 
 def kinetic(_w):

@@ -14,9 +14,9 @@ from stickslip.identification import fit_trajectories, friction_of_orbit, identi
 from stickslip.identification.estimator.uncertainty import recurrence
 from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import first_guess
-from stickslip.identification.kinetic.branch_fit import _acting_again, fit_branches
+from stickslip.identification.kinetic.force_fit import _acting_again, fit_forces
 from stickslip.identification.kinetic.force_residuals import Problem
-from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.identification.static.rows import break_away_rows
 from stickslip.laws.numbers import value
@@ -282,7 +282,7 @@ def test_what_hangs_on_a_number_held_at_a_guess_has_that_in_its_errors():
     held = replace(law, scale=0.18)
     free = ["break_away", "kinetic"]
     sure, guessed = (
-        fit_branches(Problem(read_records(found), held, free, guessed=spread), held) for spread in ({}, {"scale": 0.03})
+        fit_forces(Problem(read_records(found), held, free, guessed=spread), held) for spread in ({}, {"scale": 0.03})
     )
 
     def outside(fit):
@@ -292,7 +292,7 @@ def test_what_hangs_on_a_number_held_at_a_guess_has_that_in_its_errors():
     assert outside(sure)
     assert not outside(guessed)
     # by as much as the fit moves where the guess is off by that
-    other = fit_branches(Problem(read_records(found), law, free), law)
+    other = fit_forces(Problem(read_records(found), law, free), law)
     moved = other.parameters["value"] - guessed.parameters["value"]
     np.testing.assert_allclose(-guessed.shifts["scale"], moved, rtol=0.5)
 
@@ -326,6 +326,6 @@ def test_a_number_that_does_not_act_begins_anew_and_all_do_where_that_makes_no_l
     mended = problem.at(_acting_again(problem, found, problem.numbers(law)))
     assert [mended.break_away, mended.kinetic, mended.scale] == pytest.approx([0.8, 0.8, 0.2])
     # a break-away force that does not act would come back below the kinetic force that was found
-    monkeypatch.setattr("stickslip.identification.kinetic.branch_fit.acting", lambda _: np.array([False, True, True]))
+    monkeypatch.setattr("stickslip.identification.kinetic.force_fit.acting", lambda _: np.array([False, True, True]))
     low = problem.numbers(replace(law, break_away=0.75))
     assert _acting_again(problem, found, low) is low

@@ -7,7 +7,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.identification import fit_static_friction, identify
-from stickslip.identification.kinetic import branch_fit
+from stickslip.identification.kinetic import force_fit
 from stickslip.laws import Combined, ExponentialStribeck, LogarithmicDwell, StaticKinetic
 from stickslip.measurement import Rig, measure
 
@@ -100,7 +100,7 @@ def test_where_no_law_is_asked_for_growth_and_a_curve_of_kinetic_friction_are_bo
 @pytest.mark.slow
 def test_a_search_that_steps_to_where_growth_does_not_act_comes_back(monkeypatch):
     records = [measured(FALLING, drive, 0.004, 5.0, 1e-5)[0] for drive in (0.01, 0.025, 0.06)]
-    solve, calls = branch_fit._solve, []
+    solve, calls = force_fit._solve, []
 
     def astray(problem, numbers, *rest):
         """A first step to where the kinetic force at w = 0 hides all growth, as a poor first guess may lead to."""
@@ -111,7 +111,7 @@ def test_a_search_that_steps_to_where_growth_does_not_act_comes_back(monkeypatch
             found[problem.free.index("static.onset")] = 33.0
         return found
 
-    monkeypatch.setattr(branch_fit, "_solve", astray)
+    monkeypatch.setattr(force_fit, "_solve", astray)
     table = identify(records, law=FALLING, ties={"static.kinetic": "kinetic.break_away"}).parameters
     assert abs(table.loc["kinetic.scale", "value"] - 0.04) < 3 * table.loc["kinetic.scale", "error"]
 

@@ -8,7 +8,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.identification import identify
-from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.measurement import Rig, measure
 from stickslip.measurement.stick_limits import FINEST, _OneStick, _peak

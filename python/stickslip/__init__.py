@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stickslip import laws, measurement, paper, show
     from stickslip.dynamics import basins, orbit_diagram, regime_map, release_map, return_map, section
+    from stickslip.dynamics.continuation.branch_switching import switch_branch
     from stickslip.dynamics.continuation.branches import continuation
     from stickslip.dynamics.continuation.loci import locus
-    from stickslip.dynamics.continuation.switching import switch_branch
     from stickslip.dynamics.critical.critical import critical_velocities
     from stickslip.dynamics.critical.intervals import critical_intervals
     from stickslip.dynamics.periodic.close_returns import periodic_orbits
@@ -58,7 +58,7 @@ _HOME = {
     "critical_intervals": "dynamics.critical.intervals",
     "critical_velocities": "dynamics.critical.critical",
     "locus": "dynamics.continuation.loci",
-    "switch_branch": "dynamics.continuation.switching",
+    "switch_branch": "dynamics.continuation.branch_switching",
     "dimensionless": "model.scaling",
     "force_along": "laws.law",
     "identify": "identification",

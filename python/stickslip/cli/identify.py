@@ -260,7 +260,7 @@ def _deliver_law(
     json: bool = False,
 ) -> None:
     from stickslip.identification import predict_motion
-    from stickslip.identification.selection.agreement import compare_motions, unknown_constants
+    from stickslip.identification.prediction.agreement import compare_motions, unknown_constants
 
     missing = [said for record in result.records if (said := unknown_constants(record))]
     if missing:

@@ -5,10 +5,10 @@
 ['stick_slip', 'stable_slip']
 """
 
-from stickslip.dynamics.attraction import basins
+from stickslip.dynamics.basins_of_attraction import basins
 from stickslip.dynamics.diagrams import orbit_diagram
-from stickslip.dynamics.maps import regime_map
 from stickslip.dynamics.orbit_summary import sign_changes, steady_motion
+from stickslip.dynamics.regime_maps import regime_map
 from stickslip.dynamics.sections import Surface, release_map, return_map, section
 
 __all__ = [

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.static.rows import break_away_rows, is_relative
 from stickslip.laws import Coulomb, Law, StaticKinetic

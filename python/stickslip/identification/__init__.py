@@ -1,13 +1,13 @@
 """From friction records to a law with its uncertainty, and from the law back to the motion it came from."""
 
-from stickslip.identification.kinetic.rate_and_state import VelocityStepsFit, fit_velocity_steps
 from stickslip.identification.kinetic.velocity_step import VelocityStepFit, fit_velocity_step
+from stickslip.identification.kinetic.velocity_step_fits import VelocityStepsFit, fit_velocity_steps
+from stickslip.identification.prediction.agreement import Agreement, compare_motion
+from stickslip.identification.prediction.prediction import Prediction, predict_motion
 from stickslip.identification.result import Identification
-from stickslip.identification.selection.agreement import Agreement, compare_motion
 from stickslip.identification.selection.comparison import Comparison, compare_laws
 from stickslip.identification.selection.identify import identify
-from stickslip.identification.selection.prediction import Prediction, predict_motion
-from stickslip.identification.static.break_away import StaticFriction, fit_static_friction
+from stickslip.identification.static.static_fit import StaticFrictionFit, fit_static_friction
 from stickslip.identification.steady.steady import SteadyFriction, fit_steady
 from stickslip.identification.synthetic import friction_of_orbit, friction_of_sticks
 from stickslip.identification.trajectory.sensitivity import Sensitivity, sensitivity
@@ -19,7 +19,7 @@ __all__ = [
     "Identification",
     "Prediction",
     "Sensitivity",
-    "StaticFriction",
+    "StaticFrictionFit",
     "SteadyFriction",
     "VelocityStepFit",
     "VelocityStepsFit",

@@ -14,9 +14,9 @@ from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.identification.guesses.evidence import BreakAways, Evidence, Guess, refuse_unreadable
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
-from stickslip.identification.kinetic.branch_fit import BranchFit, fit_branches
+from stickslip.identification.kinetic.force_fit import ForceFit, fit_forces
 from stickslip.identification.kinetic.force_residuals import Problem
-from stickslip.identification.kinetic.motion import WITH_MEMORY, extrapolated_note
+from stickslip.identification.kinetic.replayed_motion import WITH_MEMORY, extrapolated_note
 from stickslip.identification.lack_of_fit import lack_of_fit
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
@@ -378,7 +378,7 @@ def _extrapolated(problem: Problem) -> list[str]:
     return [extrapolated_note(float(min(speeds)))]
 
 
-def _held(found: BranchFit) -> list[str]:
+def _held(found: ForceFit) -> list[str]:
     """Which numbers are held at a guess, and what that does to the fitted ones."""
     said = []
     for name, shift in found.shifts.items():
@@ -419,23 +419,23 @@ def _wider(guess: Guess) -> list[Guess]:
     return [replace(guess, law=law, free=free, candidates=[]) for law in guess.starts] if guess.wider else []
 
 
-def _likeliest(problem: Problem) -> BranchFit:
+def _likeliest(problem: Problem) -> ForceFit:
     """The fit from the first guess; of a fall of kinetic friction beside a free level of static friction the likelier of two.
 
     Nothing then holds the curve at w = 0, and measured friction is rounded there: a fall that is guessed too short or too low
     stays so. The other begins half way up to static friction.
     """
-    found = fit_branches(problem, problem.law)
+    found = fit_forces(problem, problem.law)
     if not {FREE_LEVEL, *FALL}.issubset(problem.free):
         return found
     top, low, width = FALL
     half = 0.5 * (value(problem.law, FREE_LEVEL) + value(problem.law, low))
     fastest = max(float(np.abs(motion.slip_velocity).max()) for motion in problem.motions)
-    wide = fit_branches(problem, with_values(problem.law, {top: half, width: WIDE * fastest}))
+    wide = fit_forces(problem, with_values(problem.law, {top: half, width: WIDE * fastest}))
     return min(found, wide, key=_unlikeliness)
 
 
-def _unlikeliness(found: BranchFit) -> float:
+def _unlikeliness(found: ForceFit) -> float:
     """Minus the logarithm of the likelihood by what was fitted; the force residual would judge what smoothing rounds."""
     scale = np.maximum(found.groups["scale"].to_numpy(float), 1e-300)
     return float(np.sum(found.groups["rows"].to_numpy(float) * np.log(scale)))
@@ -454,7 +454,7 @@ def _chosen_form(law: Law, guess: Guess, unlikeliness: list[float]) -> list[str]
     return [f"Of several forms {form} lies closest to the records; it was taken."]
 
 
-def _at_bounds(found: BranchFit, bounds: Mapping[str, tuple[float, float]]) -> list[str]:
+def _at_bounds(found: ForceFit, bounds: Mapping[str, tuple[float, float]]) -> list[str]:
     """Which numbers the records push against the bounds they were given."""
     return [
         f"{name} = {number:.4g} lies on the bound it was given: the records ask for a value beyond it."

@@ -12,9 +12,9 @@ import pandas as pd
 
 from stickslip.files.disk import write_text
 from stickslip.identification.estimator.result import Result, in_digits
-from stickslip.identification.kinetic.motion import Motion
+from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.static.break_away import StaticFriction
+from stickslip.identification.static.static_fit import StaticFrictionFit
 from stickslip.laws import Law
 from stickslip.laws.law import law_file
 from stickslip.laws.numbers import maybe, pointers, units_of
@@ -47,7 +47,7 @@ class Identification(Result):
     covariance: pd.DataFrame
     groups: pd.DataFrame
     rms: float
-    static: StaticFriction | None
+    static: StaticFrictionFit | None
     notes: list[str]
     records: list[FrictionRecord]
     command: str

@@ -13,8 +13,8 @@ from stickslip.errors import InputError
 from stickslip.files.units import rounded
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.uncertainty import correlation_time
+from stickslip.identification.prediction.agreement import compare_motion
 from stickslip.identification.result import NAMED, Identification, short_names
-from stickslip.identification.selection.agreement import compare_motion
 from stickslip.identification.selection.comparison import Comparison
 from stickslip.identification.trajectory.sensitivity import sensitivity
 from stickslip.report.report import Report

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.dynamics.attraction import basins
+from stickslip.dynamics.basins_of_attraction import basins
 from stickslip.dynamics.continuation.branch import Branch, OtherMotion
 from stickslip.model.system import Oscillator
 

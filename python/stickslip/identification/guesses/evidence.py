@@ -12,8 +12,8 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.records import FrictionRecord
-from stickslip.identification.static.break_away import StaticFriction, fit_static_friction
 from stickslip.identification.static.rows import FEWEST_ROWS, break_away_rows, is_relative
+from stickslip.identification.static.static_fit import StaticFrictionFit, fit_static_friction
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
@@ -41,7 +41,7 @@ class BreakAways:
         return break_away_rows(self.records)
 
     @cached_property
-    def static(self) -> StaticFriction | None:
+    def static(self) -> StaticFrictionFit | None:
         """The fits of static friction, None for too few rows."""
         return fit_static_friction(self.records) if len(self.rows) >= FEWEST_ROWS else None
 
@@ -69,7 +69,7 @@ class Evidence:
 
     records: Sequence[FrictionRecord]
     rows: pd.DataFrame
-    static: StaticFriction | None
+    static: StaticFrictionFit | None
     relative: bool
     pieces: int
     sense: float | None = None

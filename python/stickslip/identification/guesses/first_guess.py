@@ -13,9 +13,9 @@ import numpy.typing as npt
 from scipy.interpolate import lagrange
 
 from stickslip.errors import InputError
+from stickslip.identification.guesses.bogacz_ryczek_guess import bogacz_ryczek
 from stickslip.identification.guesses.evidence import Evidence, Guess, need_rows
 from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of, exponential
-from stickslip.identification.guesses.paper_law import bogacz_ryczek
 from stickslip.identification.guesses.state_laws import STATES
 from stickslip.identification.static.caveats import NARROW
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL

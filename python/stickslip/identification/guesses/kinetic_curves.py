@@ -10,7 +10,7 @@ from scipy.optimize import lsq_linear
 
 from stickslip.errors import InputError
 from stickslip.identification.guesses.evidence import Evidence, Guess
-from stickslip.identification.kinetic.motion import without_wiggles
+from stickslip.identification.kinetic.replayed_motion import without_wiggles
 from stickslip.laws import (
     Cubic,
     ExponentialStribeck,

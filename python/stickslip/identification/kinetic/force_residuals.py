@@ -13,7 +13,7 @@ import pandas as pd
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import acting
 from stickslip.identification.estimator.uncertainty import own_error, robust_scale
-from stickslip.identification.kinetic.motion import WITH_MEMORY, Motion
+from stickslip.identification.kinetic.replayed_motion import WITH_MEMORY, Motion
 from stickslip.identification.law_parameters import parameters_of_law
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import Coulomb, Law

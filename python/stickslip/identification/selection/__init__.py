@@ -1,1 +1,1 @@
-"""Between laws: comparison on held-back slips, agreement of motions, predictions."""
+"""Between laws: the choice of a form, and the comparison on held-back slips."""

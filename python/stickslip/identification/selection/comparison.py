@@ -19,7 +19,7 @@ from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import half_width
 from stickslip.identification.guesses.evidence import BreakAways, Guess
 from stickslip.identification.guesses.first_guess import GUESSES
-from stickslip.identification.kinetic.branch_fit import fit_branches
+from stickslip.identification.kinetic.force_fit import fit_forces
 from stickslip.identification.kinetic.force_residuals import OFFSET, Problem
 from stickslip.identification.law_fit import LawFit, Options
 from stickslip.identification.records import FrictionRecord, read_records
@@ -239,7 +239,7 @@ def held_back(
     """
     names = [str(name) for name in whole.parameters.index]
     learnt = _learnt(train, whole.law, names, whole, offset)
-    fitted = fit_branches(learnt, whole.law)
+    fitted = fit_forces(learnt, whole.law)
     constant = 0.0 if fitted.offset is None else float(fitted.offset["value"])
     problem = Problem(test, fitted.law, names, relative=learnt.relative, every_row=True)
     kinetic = []

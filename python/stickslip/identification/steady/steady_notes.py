@@ -10,7 +10,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
-from stickslip.identification.kinetic.motion import extrapolated_note
+from stickslip.identification.kinetic.replayed_motion import extrapolated_note
 from stickslip.identification.steady.curve_fit import record_scatter_of
 from stickslip.identification.steady.curves import FEW, GRAVITY, Rows, SteadyFit
 

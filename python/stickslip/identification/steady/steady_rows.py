@@ -12,7 +12,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.identification.kinetic.motion import SENSE
+from stickslip.identification.kinetic.replayed_motion import SENSE
 from stickslip.identification.records import both_senses, stated_units
 from stickslip.identification.steady.curve_fit import inertia_error
 from stickslip.identification.steady.curves import COLUMNS, Rows

@@ -20,9 +20,7 @@ from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
-from stickslip.identification.records import FrictionRecord, check_same_units, read_records
-from stickslip.identification.result import Identification
-from stickslip.identification.selection.agreement import (
+from stickslip.identification.prediction.agreement import (
     CYCLES,
     TRANSIENT,
     cycle_of,
@@ -32,7 +30,9 @@ from stickslip.identification.selection.agreement import (
     settled,
     steady_part,
 )
-from stickslip.identification.selection.reading import Reading, read_motion
+from stickslip.identification.prediction.reading import Reading, read_motion
+from stickslip.identification.records import FrictionRecord, check_same_units, read_records
+from stickslip.identification.result import Identification
 from stickslip.laws import Law
 from stickslip.laws.numbers import Spread
 from stickslip.measurement.instruments import Bench

@@ -12,10 +12,9 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.identification.guesses.evidence import Evidence, Guess
-from stickslip.identification.kinetic.motion import Motion, least_climb, velocity_noise
+from stickslip.identification.kinetic.replayed_motion import Motion, least_climb, velocity_noise
 from stickslip.identification.records import FrictionRecord
-from stickslip.laws import BogaczRyczek, Law
-from stickslip.laws import StaticFriction as StaticSurface
+from stickslip.laws import BogaczRyczek, Law, StaticFriction
 
 Array = npt.NDArray[np.float64]
 Samples = npt.NDArray[np.int_]
@@ -136,25 +135,25 @@ def bogacz_ryczek(evidence: Evidence) -> Guess:
     return Guess(candidates[0], free, notes=notes, candidates=candidates[1:], within=within, guessed=guessed)
 
 
-def _at_once(surface: StaticSurface, rate: Array) -> Array:
+def _at_once(surface: StaticFriction, rate: Array) -> Array:
     """f_s(0, δ) of a surface."""
     return np.asarray(surface.initial + surface.drop / (1 + (rate / surface.drop_scale) ** surface.drop_exponent))
 
 
-def _fall(loops: Sequence[_Loop]) -> tuple[StaticSurface, list[str], list[str]]:
+def _fall(loops: Sequence[_Loop]) -> tuple[StaticFriction, list[str], list[str]]:
     """f_s(0, δ) from the peaks of loops without sticks, the names of its numbers that these tell, and what is assumed.
 
     Each force rate gives one point of the curve, so that many numbers are free.
     """
     peaks = np.array([loop.peak[1] for loop in loops])
     rate = np.array([loop.force_rate for loop in loops])
-    flat = StaticSurface(initial=float(np.median(peaks)))
+    flat = StaticFriction(initial=float(np.median(peaks)))
     count = len(set(rate.round(12)))
     # It falls, if at all: peaks that rise with the rate are something else.
     falls = np.isfinite(rate).all() and count > 1 and float(np.polyfit(rate, peaks, 1)[0]) < 0
     if not falls or float(np.ptp(peaks)) < FALLS * float(peaks.max()):
         return flat, ["static_friction.initial"], []
-    best: tuple[float, StaticSurface] | None = None
+    best: tuple[float, StaticFriction] | None = None
     for exponent in SHARP:
         for scale in np.geomspace(0.7 * rate.min(), 1.4 * rate.max(), 29):
             gone = 1 / (1 + (rate / scale) ** exponent)

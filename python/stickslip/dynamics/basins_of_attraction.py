@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.dynamics.maps import map_plan
+from stickslip.dynamics.regime_maps import map_plan
 from stickslip.dynamics.sections import Surface
 from stickslip.dynamics.tasks import Plan, Progress, compute
 from stickslip.errors import InputError

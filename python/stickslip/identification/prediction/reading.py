@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.files.checks import number
-from stickslip.identification.kinetic.motion import velocity_noise
+from stickslip.identification.kinetic.replayed_motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rigs.rig import Rig

@@ -25,7 +25,7 @@ from stickslip.identification.estimator.uncertainty import (
     variance_inflation,
 )
 from stickslip.identification.kinetic.force_residuals import OFFSET, Problem
-from stickslip.identification.kinetic.motion import WITH_MEMORY
+from stickslip.identification.kinetic.replayed_motion import WITH_MEMORY
 from stickslip.laws import Law
 
 Array = npt.NDArray[np.float64]
@@ -42,7 +42,7 @@ STATED = 5.0
 
 
 @dataclass(frozen=True)
-class BranchFit:
+class ForceFit:
     """Numbers of a law that lie closest to the records.
 
     Attributes
@@ -66,7 +66,7 @@ class BranchFit:
     shifts: Mapping[str, pd.Series] = field(default_factory=dict)
 
 
-def fit_branches(problem: Problem, start: Law, effort: int = 60) -> BranchFit:
+def fit_forces(problem: Problem, start: Law, effort: int = 60) -> ForceFit:
     """Least squares from a first guess, with scales, weights and correlation found on the way.
 
     Parameters
@@ -223,7 +223,7 @@ def _result(
     record_scatter: Sequence[float],
     factors: Sequence[Array],
     assumed: Sequence[Array],
-) -> BranchFit:
+) -> ForceFit:
     factor = np.concatenate(factors)
     jacobian = problem.jacobian(numbers, problem.column) * factor[:, None]
     names = problem.free
@@ -294,7 +294,7 @@ def _result(
         for i, (number, kind) in enumerate(problem.groups)
     ]
     inner_names = [name for name in names if name != OFFSET]
-    return BranchFit(
+    return ForceFit(
         law=law,
         parameters=table.loc[inner_names],
         covariance=whole.loc[inner_names, inner_names],

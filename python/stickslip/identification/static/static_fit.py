@@ -43,7 +43,7 @@ FAR_APART = 2
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class StaticFriction(Result):
+class StaticFrictionFit(Result):
     """Static friction over stick time, with the fits and the choice between them.
 
     Attributes
@@ -100,7 +100,7 @@ class StaticFriction(Result):
         ]
 
     @property
-    def of_a_law(self) -> StaticFriction:
+    def of_a_law(self) -> StaticFrictionFit:
         """The same with the form, of those that laws have, that lies closest to these break-aways."""
         known = [form for form in self.fits if form.removesuffix(OWN_LEVEL) not in WITHOUT_A_LAW]
         determined = [form for form in known if not self.fits[form].undetermined] or known
@@ -179,7 +179,7 @@ class StaticFriction(Result):
         return axes
 
 
-def fit_static_friction(friction: Any) -> StaticFriction:
+def fit_static_friction(friction: Any) -> StaticFrictionFit:
     """Fit static friction over stick time to the break-aways of one or more records.
 
     The forms are those of :func:`stickslip.identification.static.forms.forms`: constant, logarithmic (with an onset and
@@ -195,7 +195,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
 
     Returns
     -------
-    StaticFriction with all fits, the chosen one and the sentence that says why.
+    StaticFrictionFit with all fits, the chosen one and the sentence that says why.
 
     Raises
     ------
@@ -249,7 +249,7 @@ def fit_static_friction(friction: Any) -> StaticFriction:
     fits = fit_forms(rows, level, zero, rates_differ=not constraints)
     flat = ([] if relative else without_growth(rows)) or (weaker(rows, fits) if constraints else [])
     chosen, sentence = ("constant", flat[0]) if flat else choose(fits)
-    found = StaticFriction(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=[])
+    found = StaticFrictionFit(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=[])
     notes = [
         *notes,
         sentence,

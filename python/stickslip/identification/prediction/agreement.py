@@ -17,9 +17,9 @@ from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.files.units import to_error
 from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
+from stickslip.identification.prediction.reading import read_motion
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
-from stickslip.identification.selection.reading import read_motion
 from stickslip.laws import Law
 from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.signals.spectra import main_line

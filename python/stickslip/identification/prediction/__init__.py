@@ -1,0 +1,1 @@
+"""The motion that a law makes, predicted or laid beside the measured one."""
