@@ -71,7 +71,7 @@ def test_the_law_of_an_identification_is_drawn_before_and_after_it_is_saved(tmp_
         (LAW.with_covariance(COVARIANCE * np.inf), "covariance of kinetic, limit, rate is not finite"),
         (
             ss.laws.Coulomb(0.5).with_covariance(
-                pd.DataFrame([[1.0]], index=["kinetic"], columns=["kinetic"]), within={"kinetic": (500.0, 501.0)}
+                pd.DataFrame([[1.0]], index=["kinetic"], columns=["kinetic"]), bounds={"kinetic": (500.0, 501.0)}
             ),
             "of 1000 draws 0 lie within the limits",
         ),

@@ -1,7 +1,8 @@
 """Coverage of the intervals of f_s and f_k over records cut anywhere: `python record_ends.py record-ends.md [COUNT]`.
 
 Each record is the exact motion of an oscillator under StaticKinetic with random numbers, sampled at a random rate with
-random noise, from a random moment to a random moment, with 3 to 40 break-aways (their logarithm even). It is measured with
+random noise, from a random moment to a random moment, with 3 to 40 break-aways (their logarithm even). A sample is the mean
+over a random part of the time between two, as that of a camera or a converter; nobody tells which. It is measured with
 the rig's own numbers and identified, and the 95 % intervals are laid beside the truth. Half of the records have seeds from 0
 on, on which the measuring was improved, and half have seeds from `FRESH` on, on which it was not. One line a record goes to
 `<page>.csv`, and a run that was interrupted goes on from there.
@@ -20,6 +21,8 @@ from stickslip.measurement import Rig, measure
 
 COUNT = 200
 FRESH = 7000
+WITHIN_A_SAMPLE = 16
+"""So many times are averaged for one sample."""
 COLUMNS = ("number", "break_aways", "name", "truth", "value", "error", "low", "high")
 
 
@@ -52,8 +55,12 @@ def rows(number: int, case: dict[str, float]) -> list[tuple[object, ...]]:
     ends = orbit.events.query("kind == 'release' and t > 20")["t"].to_numpy()
     start = ends[0] + case["first"] * (ends[1] - ends[0])
     stop = ends[wanted] + case["last"] * (ends[wanted + 1] - ends[wanted])
-    time = np.arange(start, stop, 2 * np.pi / case["samples"])
-    x = orbit.at(time)[0] + case["noise"] * np.random.default_rng([number, 1]).standard_normal(len(time))
+    step = 2 * np.pi / case["samples"]
+    time = np.arange(start, stop, step)
+    open_for = step * np.random.default_rng([number, 2]).uniform()
+    while_open = open_for * ((np.arange(WITHIN_A_SAMPLE) + 0.5) / WITHIN_A_SAMPLE - 0.5)
+    x = np.mean([orbit.at(time + part)[0] for part in while_open], axis=0)
+    x += case["noise"] * np.random.default_rng([number, 1]).standard_normal(len(time))
     found = identify(measure({"t": time - start, "x": x}, Rig.of(oscillator)), law="StaticKinetic").parameters
     return [
         (number, wanted, name, getattr(law, name), *found.loc[name, ["value", "error", "low", "high"]].to_numpy(float))
@@ -81,7 +88,8 @@ def page(found: pd.DataFrame) -> str:
         "# Records cut anywhere: do the intervals hold the truth?",
         "",
         "Made by `record_ends.py`; its docstring says what is drawn at random. Share of the 95 % intervals that hold the",
-        "truth, with its own binomial error, and the median half width of the intervals over the truth.",
+        "truth, with its own binomial error, and the median half width of the intervals over the truth. Of records that are",
+        "sampled at moments, whose part of the time is 0, 98.5 and 95.5 % hold: the intervals are made for any part.",
         "",
         "| number of the law | break-aways | records | held, % | half width, % | largest miss, half widths |",
         "|---|---|---:|---:|---:|---:|",

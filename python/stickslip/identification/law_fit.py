@@ -153,8 +153,8 @@ class LawFit:
                 form.law,
                 form.free,
                 relative=relative,
-                constraints=form.constraints,
-                within=form.within,
+                ties=form.ties,
+                bounds=form.bounds,
                 offset=options.offset,
                 guessed=form.guessed,
             )
@@ -203,8 +203,8 @@ class LawFit:
             notes=list(dict.fromkeys(notes)),
             records=records,
             command=self.options.command(records, self.asked),
-            constraints=guess.constraints,
-            within=guess.within,
+            ties=guess.ties,
+            bounds=guess.bounds,
             offset=found.offset,
         )
 
@@ -271,9 +271,9 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
             guess = Guess(
                 start,
                 [name for name in guess.free if name in known],
-                guess.constraints,
+                guess.ties,
                 guess.notes,
-                within=guess.within,
+                bounds=guess.bounds,
                 guessed=guess.guessed,
             )
     if asked is not None:
@@ -293,7 +293,7 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
     if not laws:
         raise InputError(f"identify: the values that are held fixed do not make a law: {reason}")
     notes = list(guess.notes)
-    tied = {*names, *fixed, *guess.constraints}
+    tied = {*names, *fixed, *guess.ties}
     held = {name: maybe(guess.law, name) for name in pointers(guess.law) if name not in tied}
     if start is not None and asked is None and any(number is not None for number in held.values()):
         said = ", ".join(f"{name} = {number:g}" for name, number in held.items() if number is not None)
@@ -304,16 +304,16 @@ def _guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Opti
     held_notes = {name: note for name, note in guess.held.items() if name not in fixed}
     starts = [with_values(law, fixed) for law in guess.starts]
     wider = [name for name in guess.wider if name not in [*names, *fixed]]
-    return Guess(laws[0], names, guess.constraints, notes, laws[1:], guess.within, guessed, held_notes, wider, starts)
+    return Guess(laws[0], names, guess.ties, notes, laws[1:], guess.bounds, guessed, held_notes, wider, starts)
 
 
 def _with_ties(guess: Guess, asked: list[str] | None, ties: Mapping[str, str] | None) -> Guess:
     """The guess with the ties asked for; a number that is asked for in `free` follows none."""
     if ties is None:
-        kept = {name: source for name, source in guess.constraints.items() if name not in (asked or [])}
-        return replace(guess, constraints=kept)
+        kept = {name: source for name, source in guess.ties.items() if name not in (asked or [])}
+        return replace(guess, ties=kept)
     check_names(guess.law, [*ties, *ties.values()])
-    free = [*guess.free, *guess.constraints] if asked is None else asked
+    free = [*guess.free, *guess.ties] if asked is None else asked
     for name, source in ties.items():
         if name in (asked or []):
             raise InputError(
@@ -324,10 +324,10 @@ def _with_ties(guess: Guess, asked: list[str] | None, ties: Mapping[str, str] | 
                 f"identify: {name} follows {source}, which follows another number itself: tie it to a free one"
             )
     said = ", ".join(f"{name} follows {source}" for name, source in ties.items()) or "no number follows another"
-    notes = [note for note in guess.notes if not any(note.startswith(name) for name in (*guess.constraints, *ties))]
+    notes = [note for note in guess.notes if not any(note.startswith(name) for name in (*guess.ties, *ties))]
     law = with_values(guess.law, {name: value(guess.law, source) for name, source in ties.items()})
     return Guess(
-        law, [name for name in free if name not in ties], dict(ties), [*notes, f"As asked, {said}."], [], guess.within
+        law, [name for name in free if name not in ties], dict(ties), [*notes, f"As asked, {said}."], [], guess.bounds
     )
 
 
@@ -352,7 +352,7 @@ def _bounded(guess: Guess, bounds: Mapping[str, tuple[float, float]]) -> Guess:
             reason = error
     if not laws:
         raise InputError(f"identify: within these bounds there is no law to begin with: {reason}")
-    return replace(guess, law=laws[0], candidates=laws[1:], within=guess.within | dict(bounds))
+    return replace(guess, law=laws[0], candidates=laws[1:], bounds=guess.bounds | dict(bounds))
 
 
 def _bias(problem: Problem) -> list[str]:

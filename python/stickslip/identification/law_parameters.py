@@ -26,21 +26,21 @@ FARTHEST = 5000.0
 def parameters_of_law(
     law: Law,
     names: Sequence[str],
-    within: Mapping[str, tuple[float, float]] | None = None,
-    same_as: Mapping[str, str] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    ties: Mapping[str, str] | None = None,
 ) -> Parameters:
-    """Free numbers of a law, and those that take the value of a free one (`same_as`), each with its limits.
+    """Free numbers of a law, and those that take the value of a free one (`ties`), each with its limits.
 
     A name that the law does not have is that of a number without limits.
     """
-    known, own = numbers(law), within or {}
+    known, own = numbers(law), bounds or {}
     free = []
     for name in names:
         number = known.get(name, Number())
         # Nodes may fall below zero on the way: a record whose friction drives is refused, not fitted by a law that does not.
         low = -math.inf if number.part == "f" or name.endswith("].force") else number.low
-        free.append(Parameter(name, low, number.high, number.ratio, within=own.get(name)))
-    tied = [Parameter(name, same_as=source) for name, source in (same_as or {}).items()]
+        free.append(Parameter(name, low, number.high, number.ratio, bounds=own.get(name)))
+    tied = [Parameter(name, tied_to=source) for name, source in (ties or {}).items()]
     return Parameters([*free, *tied])
 
 
@@ -53,20 +53,20 @@ class LawParameters:
     ----------
     law : holds the numbers that are not free.
     names : of the free numbers.
-    same_as : numbers that take the value of a free one.
-    within : limits that are narrower than those of the number.
+    ties : numbers that take the value of a free one.
+    bounds : limits that are narrower than those of the number.
     """
 
     def __init__(
         self,
         law: Law,
         names: Sequence[str],
-        same_as: Mapping[str, str] | None = None,
-        within: Mapping[str, tuple[float, float]] | None = None,
+        ties: Mapping[str, str] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
-        self.names, self.same_as, self.within = list(names), dict(same_as or {}), dict(within or {})
+        self.names, self.ties, self.bounds = list(names), dict(ties or {}), dict(bounds or {})
         self._kind, self._document, self._pointers = type(law), json.dumps(law.to_dict()), pointers(law)
-        self._parameters = parameters_of_law(law, names, within, same_as)
+        self._parameters = parameters_of_law(law, names, bounds, ties)
         at = {name: value(law, name) for name in self.names}
         if any(at[name] <= 0 for name, ratio in zip(names, self._parameters.logarithmic, strict=True) if ratio):
             raise InputError(

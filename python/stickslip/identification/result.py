@@ -37,7 +37,7 @@ class Identification(Result):
     notes : plain sentences: what was assumed, what could not be told.
     records : the records it was identified from.
     command : what to type to do it again.
-    constraints, within : numbers that follow another, and limits that come from the records.
+    ties, bounds : numbers that follow another, and limits that come from the records.
     offset : value, error, low and high of a constant in the measured force, where it was asked for.
     motions : a row for each record over which the motion of the law was laid, None before that.
     """
@@ -51,13 +51,13 @@ class Identification(Result):
     notes: list[str]
     records: list[FrictionRecord]
     command: str
-    constraints: Mapping[str, str] = field(default_factory=dict)
-    within: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    ties: Mapping[str, str] = field(default_factory=dict)
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     offset: pd.Series | None = None
     motions: pd.DataFrame | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "law", self.law.with_covariance(self.covariance, self.constraints, self.within))
+        object.__setattr__(self, "law", self.law.with_covariance(self.covariance, self.ties, self.bounds))
 
     @property
     def units(self) -> dict[str, str]:

@@ -184,19 +184,19 @@ class Law(Document):
     def with_covariance(
         self,
         covariance: pd.DataFrame,
-        constraints: Mapping[str, str] | None = None,
-        within: Mapping[str, tuple[float, float]] | None = None,
+        ties: Mapping[str, str] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
     ) -> Self:
         """The same law with the covariance of its fitted numbers, from which :meth:`sample` draws.
 
         Parameters
         ----------
         covariance : DataFrame over the names of numbers in both directions.
-        constraints : numbers that take the value of a fitted one, by name.
-        within : lowest and highest value of fitted numbers, where they are narrower than those of the law.
+        ties : numbers that take the value of a fitted one, by name.
+        bounds : lowest and highest value of fitted numbers, where they are narrower than those of the law.
         """
         twin = copy(self)
-        vars(twin)["_uncertainty"] = covariance, dict(constraints or {}), dict(within or {})
+        vars(twin)["_uncertainty"] = covariance, dict(ties or {}), dict(bounds or {})
         return twin
 
     def save(self, path: str | Path, units: Mapping[str, str] | None = None) -> Path:
@@ -227,7 +227,7 @@ class Law(Document):
 
         The fitted numbers are drawn from a normal distribution, those known by their ratio
         (:mod:`stickslip.laws.declarations`), by their logarithm. A draw beyond the limits of a number, or that makes no law,
-        is drawn again; constraints are kept.
+        is drawn again; ties are kept.
 
         Parameters
         ----------
@@ -338,8 +338,8 @@ def load_law(path: str | Path) -> Law:
 def law_of(document: Mapping[str, Any], path: str | Path) -> Law:
     """The same of a document that :func:`law_document` has read from this file."""
     law = Law.from_dict(document["law"], f"{path}: law")
-    covariance, constraints, within = _read_covariance(document, path)
-    return law if covariance.empty else law.with_covariance(covariance, constraints, within)
+    covariance, ties, bounds = _read_covariance(document, path)
+    return law if covariance.empty else law.with_covariance(covariance, ties, bounds)
 
 
 def load_covariance(path: str | Path) -> pd.DataFrame:
@@ -357,19 +357,21 @@ def _read_covariance(
     import pandas as pd
 
     table = document.get("covariance", {"names": [], "matrix": []})
-    check_keys(table, ("names", "matrix", "constraints", "within"), ("names", "matrix"), f"{path}: covariance")
+    # Files of earlier versions call ties constraints, and bounds within.
+    keys = ("names", "matrix", "ties", "bounds", "constraints", "within")
+    check_keys(table, keys, ("names", "matrix"), f"{path}: covariance")
     names = table["names"]
     rows = [numbers("covariance", row, len(names), str(path), "name", finite=False) for row in table["matrix"]]
     if len(rows) != len(names):
         raise InputError(
             f"{path}: covariance: expected {len(names)} rows, one a name, got {len(rows)}; write the law again"
         )
-    within: dict[str, tuple[float, float]] = {}
-    for name, ends in table.get("within", {}).items():
-        low, high = numbers("within", ends, 2, f"{path}: covariance", "end", finite=False)
-        within[name] = low, high
+    bounds: dict[str, tuple[float, float]] = {}
+    for name, ends in table.get("bounds", table.get("within", {})).items():
+        low, high = numbers("bounds", ends, 2, f"{path}: covariance", "end", finite=False)
+        bounds[name] = low, high
     frame = pd.DataFrame(np.reshape(rows, (len(names), len(names))), index=names, columns=names)
-    return frame, dict(table.get("constraints", {})), within
+    return frame, dict(table.get("ties", table.get("constraints", {}))), bounds
 
 
 TABLES = ("law", "units", "uncertainty", "covariance", "source")
@@ -400,14 +402,14 @@ def law_file(law: Law, covariance: pd.DataFrame, source: Mapping[str, Any], unit
 
     names = [str(name) for name in covariance.index]
     matrix = covariance.to_numpy(float)
-    _, constraints, within = law._uncertainty or (None, {}, {})
+    _, ties, bounds = law._uncertainty or (None, {}, {})
     document = {"law": law.to_dict(), "units": dict(units)} if units else {"law": law.to_dict()}
     if names:
         document |= {
             "uncertainty": dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True)),
             "covariance": {"names": names, "matrix": matrix.tolist()}
-            | ({"constraints": constraints} if constraints else {})
-            | ({"within": {name: list(ends) for name, ends in within.items()}} if within else {}),
+            | ({"ties": ties} if ties else {})
+            | ({"bounds": {name: list(ends) for name, ends in bounds.items()}} if bounds else {}),
         }
     document["source"] = {"version": _core.__version__, **source}
     # a row of numbers a line, not a number

@@ -220,24 +220,24 @@ class Spread:
     ----------
     law : in the middle.
     covariance : of its fitted numbers, by name in both directions.
-    constraints : numbers that take the value of a fitted one.
-    within : limits of fitted numbers that are narrower than those of the law.
+    ties : numbers that take the value of a fitted one.
+    bounds : limits of fitted numbers that are narrower than those of the law.
     """
 
     def __init__(
         self,
         law: Law,
         covariance: pd.DataFrame,
-        constraints: Mapping[str, str] | None = None,
-        within: Mapping[str, tuple[float, float]] | None = None,
+        ties: Mapping[str, str] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
-        self.law, self.constraints = law, dict(constraints or {})
+        self.law, self.ties = law, dict(ties or {})
         self.names = check_names(law, map(str, covariance.index))
         known = [numbers(law)[name] for name in self.names]
         values = np.array([value(law, name) for name in self.names])
         self._ratio = np.array([number.ratio for number in known], bool) & (values > 0)
         self._middle = np.where(self._ratio, np.log(np.where(self._ratio, values, 1.0)), values)
-        ends = [(within or {}).get(name, (-math.inf, math.inf)) for name in self.names]
+        ends = [(bounds or {}).get(name, (-math.inf, math.inf)) for name in self.names]
         self._low = np.array([max(number.low, low) for number, (low, _) in zip(known, ends, strict=True)])
         self._high = np.array([min(number.high, high) for number, (_, high) in zip(known, ends, strict=True)])
         unit = np.where(self._ratio, values, 1.0)
@@ -259,8 +259,6 @@ class Spread:
             return None
         moved = dict(zip(self.names, found.tolist(), strict=True))
         try:
-            return with_values(
-                self.law, moved | {name: moved[of] for name, of in self.constraints.items() if of in moved}
-            )
+            return with_values(self.law, moved | {name: moved[of] for name, of in self.ties.items() if of in moved})
         except InputError:
             return None

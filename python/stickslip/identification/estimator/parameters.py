@@ -23,12 +23,12 @@ class Parameter:
     ----------
     name : by which results give it.
     low, high : limits of its value; an interval ends there.
-    within : narrower limits of the search, None for those of the value.
+    bounds : narrower limits of the search, None for those of the value.
     logarithmic : whether it is positive and known by its ratio: it is searched, and its interval is symmetric, in its
         logarithm.
     unit : of its value, "" where it is dimensionless or the caller's own.
     fixed : its value where it is not fitted.
-    same_as : name of the parameter whose value it takes (tied), None for one of its own.
+    tied_to : name of the parameter whose value it takes (tied), None for one of its own.
     """
 
     name: str
@@ -36,14 +36,14 @@ class Parameter:
     high: float = math.inf
     logarithmic: bool = False
     unit: str = ""
-    within: tuple[float, float] | None = None
+    bounds: tuple[float, float] | None = None
     fixed: float | None = None
-    same_as: str | None = None
+    tied_to: str | None = None
 
     @property
     def free(self) -> bool:
         """Whether it is a component of the search vector."""
-        return self.fixed is None and self.same_as is None
+        return self.fixed is None and self.tied_to is None
 
 
 class Parameters:
@@ -76,7 +76,7 @@ class Parameters:
         """Values by name, of the fixed and the tied parameters too."""
         found = dict(zip(self.names, self.plain(vector).tolist(), strict=True))
         found |= {parameter.name: parameter.fixed for parameter in self.all if parameter.fixed is not None}
-        tied = {parameter.name: parameter.same_as for parameter in self.all if parameter.same_as is not None}
+        tied = {parameter.name: parameter.tied_to for parameter in self.all if parameter.tied_to is not None}
         return found | {name: found[source] for name, source in tied.items() if source in found}
 
     def units(self, vector: Array) -> Array:
@@ -85,6 +85,6 @@ class Parameters:
 
     def bounds(self) -> tuple[Array, Array]:
         """Limits of the search vector, each of shape (free parameters,)."""
-        pairs = np.array([item.within or (item.low, item.high) for item in self.free], dtype=float).reshape(-1, 2)
+        pairs = np.array([item.bounds or (item.low, item.high) for item in self.free], dtype=float).reshape(-1, 2)
         pairs[self.logarithmic] = np.log(np.clip(pairs[self.logarithmic], math.exp(-FARTHEST), math.exp(FARTHEST)))
         return pairs[:, 0], pairs[:, 1]

@@ -131,8 +131,8 @@ def bogacz_ryczek(evidence: Evidence) -> Guess:
             "identify: the loops of friction over slip velocity do not look like those of BogaczRyczek (a falling upper and "
             "lower branch that meet, then a rising one): ask for PiecewiseLinear"
         )
-    within = {"D.w": (beyond, 3 * width)}
-    return Guess(candidates[0], free, notes=notes, candidates=candidates[1:], within=within, guessed=guessed)
+    bounds = {"D.w": (beyond, 3 * width)}
+    return Guess(candidates[0], free, notes=notes, candidates=candidates[1:], bounds=bounds, guessed=guessed)
 
 
 def _at_once(surface: StaticFriction, rate: Array) -> Array:

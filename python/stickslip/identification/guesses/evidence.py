@@ -115,10 +115,10 @@ class Guess:
     ----------
     law : the first guess.
     free : names of the numbers that are fitted.
-    constraints : names of numbers that follow another.
+    ties : names of numbers that follow another.
     notes : plain sentences.
     candidates : other first guesses, from which the one with the least misfit is taken.
-    within : limits that come from the records.
+    bounds : limits that come from the records.
     guessed : numbers that are held at a guess, with its standard deviation.
     held : what is said of a number that is held, unless it is fitted.
     wider : names that are fitted too where the records are far likelier so.
@@ -127,10 +127,10 @@ class Guess:
 
     law: Law
     free: list[str]
-    constraints: dict[str, str] = field(default_factory=dict)
+    ties: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     candidates: list[Law] = field(default_factory=list)
-    within: dict[str, tuple[float, float]] = field(default_factory=dict)
+    bounds: dict[str, tuple[float, float]] = field(default_factory=dict)
     guessed: dict[str, float] = field(default_factory=dict)
     held: dict[str, str] = field(default_factory=dict)
     wider: list[str] = field(default_factory=list)

@@ -239,7 +239,7 @@ def _combined(evidence: Evidence) -> Guess:
     own_level = evidence.static is not None and evidence.static.own_level
     follows = next((name for name in slides if _acts(curve.law, name, lambda law: law.kinetic_force(0.0))), None)
     names = [name for name in grown.free if name != "kinetic"]
-    constraints, free_level, notes = {}, [], []
+    ties, free_level, notes = {}, [], []
     parts = f"static friction grows as {static_kind.__name__}"
     if static_kind in LEVELLED and (own_level or follows is None):
         free_level = ["static.kinetic"]
@@ -248,7 +248,7 @@ def _combined(evidence: Evidence) -> Guess:
             f"kinetic force; to set it to the kinetic force at w = 0 give ties: static.kinetic=kinetic.{follows}."
         )
     elif static_kind in LEVELLED:
-        constraints = {"static.kinetic": f"kinetic.{follows}"}
+        ties = {"static.kinetic": f"kinetic.{follows}"}
         notes.append(
             f"static.kinetic, from which {parts}, follows kinetic.{follows}, the kinetic force at w = 0 of "
             f"{type(curve.law).__name__}; to fit it as a number of its own give empty ties."
@@ -265,7 +265,7 @@ def _combined(evidence: Evidence) -> Guess:
     return Guess(
         laws[0],
         [*(f"kinetic.{name}" for name in slides), *free_level, *(f"static.{name}" for name in names)],
-        constraints=constraints,
+        ties=ties,
         candidates=laws[1:],
         notes=[*grown.notes, *curve.notes, *notes],
     )
@@ -301,19 +301,19 @@ def _through_nodes(
     """A curve that is linear in the forces at its nodes, of which each sample has its `weights`."""
     values = np.maximum(np.linalg.lstsq(weights, force, rcond=None)[0], 0.0)
     free = [*(f"nodes[{i}].force" for i in range(len(nodes))), *free]
-    notes, constraints = [], {}
+    notes, ties = [], {}
     if len(evidence.rows) >= 2:
         top = max(evidence.break_away, float(values[0]))
         free.append("break_away")
     else:
         top = float(values[0])
-        constraints["break_away"] = "nodes[0].force"
+        ties["break_away"] = "nodes[0].force"
         notes.append(
             "The records hold no break-away, so the break-away force was set to the kinetic force at w = 0, which is an "
             "extrapolation."
         )
     pairs = tuple((float(w), float(f)) for w, f in zip(nodes, values, strict=True))
-    return Guess(law(nodes=pairs, break_away=top), free, constraints=constraints, notes=notes)
+    return Guess(law(nodes=pairs, break_away=top), free, ties=ties, notes=notes)
 
 
 GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {

@@ -149,7 +149,7 @@ def _tabulated(evidence: Evidence) -> Guess:
     if len(evidence.rows) < 2:
         note = "The records hold no break-away, so static friction is the kinetic force at w = 0, an extrapolation."
         law = Tabulated(kinetic, kinetic[0][1])
-        return Guess(law, free, constraints={"break_away": "kinetic[0].force"}, notes=[note])
+        return Guess(law, free, ties={"break_away": "kinetic[0].force"}, notes=[note])
     time = evidence.rows["stick_time"].to_numpy()
     limit = evidence.rows["force"].to_numpy()
     low, high = np.quantile(time, [0.1, 0.9])
@@ -163,7 +163,7 @@ def _tabulated(evidence: Evidence) -> Guess:
     return Guess(
         Tabulated(kinetic, tuple(static)),
         [*free, *(f"break_away[{i}].force" for i in range(1, len(static)))],
-        constraints={"break_away[0].force": "kinetic[0].force"},
+        ties={"break_away[0].force": "kinetic[0].force"},
         notes=[note],
     )
 

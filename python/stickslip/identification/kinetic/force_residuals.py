@@ -65,8 +65,8 @@ class Problem:
         law: Law,
         free: Sequence[str],
         relative: bool = False,
-        constraints: Mapping[str, str] | None = None,
-        within: Mapping[str, tuple[float, float]] | None = None,
+        ties: Mapping[str, str] | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
         offset: bool = False,
         every_row: bool = False,
         guessed: Mapping[str, float] | None = None,
@@ -74,7 +74,7 @@ class Problem:
         self.guessed = dict(guessed or {})
         # A constant in the measured force is no number of the law; it stands last.
         self.free = [*free, OFFSET] if offset else list(free)
-        self.parameters = parameters_of_law(law, self.free, within, constraints)
+        self.parameters = parameters_of_law(law, self.free, bounds, ties)
         self.law = law
         self.relative = relative
         # Break-aways tell Coulomb's law nothing, but it predicts them.

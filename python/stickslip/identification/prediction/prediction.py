@@ -245,7 +245,7 @@ class _Law:
         self.further = "record_scatter" in law.groups and bool((law.groups["record_scatter"] > 0).any())
         # Numbers that scatter from record to record scatter once more to the next one.
         self.covariance = law.covariance * (1 + len(law.records) if self.further else 1)
-        self.constraints = law.constraints
+        self.ties = law.ties
         self.records = [record for record in law.records if {"mass", *STATED} <= set(record.constants)]
         self.fastest = max((_fastest(record.slip_velocity) for record in law.records), default=0.0)
         stated = [_stated(record) for record in self.records]
@@ -294,7 +294,7 @@ class _Law:
 
     def draws(self, run: FrictionRecord, beyond: float) -> list[tuple[Reading, FrictionRecord]]:
         """Motions of the laws that may as well be, each with the run as it may as well be."""
-        spread = Spread(self.law, self.covariance * (1 + beyond), self.constraints)
+        spread = Spread(self.law, self.covariance * (1 + beyond), self.ties)
         count = len(spread.names)
         from scipy.stats import qmc  # loads for half a second
 

@@ -224,9 +224,7 @@ def _learnt(
 ) -> Problem:
     """The problem of learning a law from some parts."""
     drifts = not isinstance(law, Coulomb) and is_relative(break_away_rows(train))[0]
-    return Problem(
-        train, law, names, relative=drifts, constraints=limits.constraints, within=limits.within, offset=offset
-    )
+    return Problem(train, law, names, relative=drifts, ties=limits.ties, bounds=limits.bounds, offset=offset)
 
 
 def held_back(

@@ -116,8 +116,8 @@ def fit_trajectories(
     for name, size in (("zero_error", zero_error), ("scale_error", scale_error)):
         if number(name, size, "fit_trajectories") < 0:
             raise InputError(f"fit_trajectories: {name} must not be negative, got {size}")
-    within = {**first.within, **_checked(bounds or {}, names)}
-    numbers, instrument = LawParameters(first.law, names, first.constraints, within), (zero_error, scale_error)
+    bounds = {**first.bounds, **_checked(bounds or {}, names)}
+    numbers, instrument = LawParameters(first.law, names, first.ties, bounds), (zero_error, scale_error)
     why = scattering(first, settled_after) if shooting == "auto" else None
     shots: SingleShooting | MultipleShooting
     if shooting == "slips" or why is not None:
@@ -129,7 +129,7 @@ def fit_trajectories(
         shots = MultipleShooting(first.records, settled_after, numbers, instrument)
     else:
         shots = SingleShooting([MotionMisfit(record, settled_after) for record in first.records], numbers, instrument)
-    about = [names, settled_after, seed, type(shots).__name__, sorted(within.items())]
+    about = [names, settled_after, seed, type(shots).__name__, sorted(bounds.items())]
     memory = Checkpoint(checkpoint, first, about)
     progress = waiting_by_stage(progress)
     search(shots, first, starts, np.random.default_rng(seed), memory, progress)

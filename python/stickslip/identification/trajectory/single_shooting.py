@@ -110,7 +110,7 @@ class SingleShooting:
         edges = np.cumsum([0, *self.lengths(share)])
         found = np.zeros((int(edges[-1]), unknowns.size))
         together = [
-            [name, *(tied for tied, source in self.free.same_as.items() if source == name)] for name in self.free.names
+            [name, *(tied for tied, source in self.free.ties.items() if source == name)] for name in self.free.names
         ]
         missing = set()
         for i, (misfit, n, s) in enumerate(self._each(share)):
@@ -263,12 +263,12 @@ class SingleShooting:
     def holding(self, name: str) -> SingleShooting:
         """The same at its best, with one number held there."""
         names = [other for other in self.free.names if other != name]
-        return self._with(names, {tied: source for tied, source in self.free.same_as.items() if source != name})
+        return self._with(names, {tied: source for tied, source in self.free.ties.items() if source != name})
 
     def _with(self, names: Sequence[str], ties: dict[str, str]) -> SingleShooting:
         """The same at its best, with these numbers free and tied."""
         best, unknowns = self.best
-        free = LawParameters(self.free.law(unknowns[: self.count]), names, ties, self.free.within)
+        free = LawParameters(self.free.law(unknowns[: self.count]), names, ties, self.free.bounds)
         other = SingleShooting(self.misfits, free, self.instrument_error)
         other.best = (best, np.concatenate([np.zeros(other.count), unknowns[self.count :]]))
         return other
@@ -279,7 +279,7 @@ class SingleShooting:
         By descents from beside the tie: of numbers that act nearly alike the misfit is a bent valley, whose slope at the tie
         may vanish while it falls farther on.
         """
-        ties = {name: source for name, source in self.free.same_as.items() if name != tied}
+        ties = {name: source for name, source in self.free.ties.items() if name != tied}
         loose = self._with([*self.free.names, tied], ties)
         loose.sigma, at = self.sigma, loose.best[1]
         beside = [at + side * (np.arange(at.size) == loose.count - 1) for side in (-0.1, 0.0, 0.1)]
@@ -329,7 +329,7 @@ class SingleShooting:
             for misfit, left in zip(self.misfits, scatter.tolist(), strict=True)
             if left > LIKE_NOISE**2 * misfit.noise
         ]
-        for tied, source in self.free.same_as.items():
+        for tied, source in self.free.ties.items():
             if (errors := self.against(tied)) > CONTRADICTED:
                 notes.append(
                     f"The motions contradict that {tied} follows {source}, by {errors:.2g} standard errors: the intervals "
