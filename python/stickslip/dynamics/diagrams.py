@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.dynamics.sections import Surface, contact_of, surface_from
-from stickslip.dynamics.sweep import Chunk, Look, periods_to_decide, start_of
-from stickslip.dynamics.tasks import Plan, Progress, Variable, compute, fingerprint, motion_variables, words_for
+from stickslip.dynamics.sections import Surface
+from stickslip.dynamics.sweep import Chunk, Look, start_of
+from stickslip.dynamics.tasks import Plan, Progress, Variable, compute, fingerprint, motion_variables, provenance
 from stickslip.errors import InputError
-from stickslip.files.checks import number
-from stickslip.model.parameters import document_of, grid, is_dimensionless, path_in
+from stickslip.model.parameters import document_of, grid, path_in
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.state_orbit import state_laws_of
 
@@ -120,16 +119,24 @@ def orbit_diagram(
         raise InputError(
             f"orbit_diagram: direction must be one or several of {', '.join(DIRECTIONS)}, got {direction!r}"
         )
-    surface = section if isinstance(section, Surface | None) else surface_from(system, section, where="orbit_diagram")
-    window = float(keep)
-    look = Look(
-        periods - window,
-        window,
-        number("tolerance", tolerance, "orbit_diagram"),
-        surface,
-        points,
-        periods_to_decide(decide, "orbit_diagram"),
-        contact=contact_of(system, contact, "orbit_diagram"),
+    settings = {
+        "periods": periods,
+        "keep": keep,
+        "tolerance": tolerance,
+        "decide": decide,
+        "points": points,
+        "contact": contact,
+    }
+    look = Look.asked(
+        "orbit_diagram",
+        system,
+        section,
+        transient=periods - float(keep),
+        window=float(keep),
+        tolerance=tolerance,
+        points=points,
+        decide=decide,
+        contact=contact,
     )
     begin = start_of(system, x0, v0, "orbit_diagram")
     text = json.dumps(document)
@@ -190,24 +197,6 @@ def orbit_diagram(
         sizes["number"] = numbers
     if isinstance(system, System):
         sizes["mass"] = system.masses
-    settings = {
-        "periods": periods,
-        "keep": keep,
-        "tolerance": tolerance,
-        "decide": decide,
-        "points": points,
-        "contact": contact,
-    }
-    request = {
-        "command": "orbit_diagram",
-        "system": system.to_dict(),
-        "parameter": parameter,
-        "values": fingerprint(axis),
-        "direction": directions,
-        "section": surface and surface.to_dict(),
-        "start": begin and [np.asarray(item).tolist() for item in begin],
-        **settings,
-    }
     plan = Plan(
         name="orbit_diagram",
         coords={"direction": (np.array(directions), {}), parameter: (axis, {})},
@@ -216,14 +205,18 @@ def orbit_diagram(
         variables=variables,
         task=task,
         before=before,
-        attrs={
-            "title": "stickslip orbit diagram",
-            "parameter": parameter,
-            "units": "dimensionless" if is_dimensionless(system, [parameter]) else "SI",
-            "system": json.dumps(system.to_dict()),
-            "request": words_for(request),
-            **settings,
-        },
+        attrs={"parameter": parameter}
+        | provenance(
+            "orbit_diagram",
+            system,
+            [parameter],
+            look,
+            begin,
+            settings,
+            parameter=parameter,
+            values=fingerprint(axis),
+            direction=directions,
+        ),
     )
     diagram = compute(plan, store=store, workers=workers, cluster=cluster, progress=progress, max_seconds=max_seconds)
     if store is None:

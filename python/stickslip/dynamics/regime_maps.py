@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.dynamics.sections import Surface, contact_of, surface_from
-from stickslip.dynamics.sweep import Chunk, Look, periods_to_decide, start_of
-from stickslip.dynamics.tasks import Plan, Progress, compute, fingerprint, motion_variables, words_for
+from stickslip.dynamics.sections import Surface
+from stickslip.dynamics.sweep import Chunk, Look, start_of
+from stickslip.dynamics.tasks import Plan, Progress, compute, fingerprint, motion_variables, provenance
 from stickslip.errors import InputError
 from stickslip.files.checks import number
-from stickslip.model.parameters import document_of, grid, is_dimensionless, path_in
+from stickslip.model.parameters import document_of, grid, path_in
 from stickslip.model.system import Oscillator, System
 
 if TYPE_CHECKING:
@@ -111,15 +111,14 @@ def map_plan(
     for item, value, least in (("transient", transient, 0.0), ("window", window, 1.0)):
         if number(item, value, name) < least:
             raise InputError(f"{name}: {item} must be at least {least:g} periods, got {value!r}")
-    surface = section if isinstance(section, Surface | None) else surface_from(system, section, where=name)
-    look = Look(
-        float(transient),
-        float(window),
-        number("tolerance", tolerance, name),
-        surface,
-        decide=periods_to_decide(decide, name),
-        contact=contact_of(system, contact, name),
-    )
+    settings = {
+        "transient": transient,
+        "window": window,
+        "tolerance": tolerance,
+        "decide": decide,
+        "contact": contact,
+    }
+    look = Look.asked(name, system, section, **settings | {"transient": float(transient), "window": float(window)})
     begin = start_of(system, *start, name)
     text = json.dumps(document)
     dims = tuple(axes)
@@ -137,21 +136,6 @@ def map_plan(
         rows = np.stack([mesh.ravel() for mesh in np.meshgrid(*parts, indexing="ij")], axis=1)
         return Chunk(text, pointers, rows, look, start=begin)
 
-    settings = {
-        "transient": transient,
-        "window": window,
-        "tolerance": tolerance,
-        "decide": decide,
-        "contact": contact,
-    }
-    request = {
-        "command": name,
-        "system": system.to_dict(),
-        **{item: fingerprint(values) for item, values in axes.items()},
-        "section": surface and surface.to_dict(),
-        "start": begin and [np.asarray(item).tolist() for item in begin],
-        **settings,
-    }
     return Plan(
         name=name,
         coords={item: (values, {}) for item, values in axes.items()},
@@ -160,11 +144,7 @@ def map_plan(
         variables=motion_variables(dims),
         task=task,
         before=lambda _: None,
-        attrs={
-            "title": f"stickslip {name.replace('_', ' ')}",
-            "units": "dimensionless" if is_dimensionless(system, axes) else "SI",
-            "system": json.dumps(system.to_dict()),
-            "request": words_for(request),
-            **settings,
-        },
+        attrs=provenance(
+            name, system, axes, look, begin, settings, **{item: fingerprint(values) for item, values in axes.items()}
+        ),
     )

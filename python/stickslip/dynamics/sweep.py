@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.dynamics.sections import Surface, forcing_frequency, usual_surface
+from stickslip.dynamics.sections import Surface, contact_of, forcing_frequency, surface_from, usual_surface
 from stickslip.errors import InputError
+from stickslip.files.checks import number
 from stickslip.model.parameters import varied
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.integration import integrate
@@ -73,6 +74,23 @@ class Look:
     decide: int = 0
     max_events: int = 10_000_000
     contact: int = 0
+
+    @classmethod
+    def asked(cls, where: str, system: Oscillator | System, section: str | Surface | None, **numbers: Any) -> Self:
+        """What a caller asks for, by the names of `Look`, checked.
+
+        Raises
+        ------
+        InputError
+            named after `where`, for a tolerance, a contact, `decide` or a section that makes no sense.
+        """
+        surface = section if isinstance(section, Surface | None) else surface_from(system, section, where=where)
+        checked = {
+            "tolerance": number("tolerance", numbers["tolerance"], where),
+            "decide": periods_to_decide(numbers["decide"], where),
+            "contact": contact_of(system, numbers["contact"], where),
+        }
+        return cls(surface=surface, **(numbers | checked))
 
     def to_json(self) -> str:
         """The document for the core."""

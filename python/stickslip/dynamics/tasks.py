@@ -16,7 +16,7 @@ import os
 import warnings
 import zlib
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -26,11 +26,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk
+from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, Start
 from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.checks import fits
 from stickslip.files.disk import draft_of
 from stickslip.files.notebook import waiting
+from stickslip.model.parameters import is_dimensionless
+from stickslip.model.system import Oscillator, System
 from stickslip.simulation.time_limit import TimeLimit
 
 if TYPE_CHECKING:
@@ -500,6 +502,33 @@ def _short(value: Any) -> str:
 def words_for(document: Mapping[str, Any]) -> str:
     """What must agree between runs that go on with each other, as text."""
     return json.dumps({"stickslip": _core.__version__, **document}, sort_keys=True)
+
+
+def provenance(
+    command: str,
+    system: Oscillator | System,
+    varied: Iterable[str],
+    look: Look,
+    start: Start,
+    settings: Mapping[str, Any],
+    **asked: Any,
+) -> dict[str, Any]:
+    """Attributes of a result: what moved, what was asked for, and the request by which an interrupted run is known again."""
+    request = {
+        "command": command,
+        "system": system.to_dict(),
+        "section": look.surface and look.surface.to_dict(),
+        "start": start and [np.asarray(item).tolist() for item in start],
+        **asked,
+        **settings,
+    }
+    return {
+        "title": f"stickslip {command.replace('_', ' ')}",
+        "units": "dimensionless" if is_dimensionless(system, varied) else "SI",
+        "system": json.dumps(system.to_dict()),
+        "request": words_for(request),
+        **settings,
+    }
 
 
 def fingerprint(values: Array) -> str:
