@@ -19,6 +19,9 @@ from stickslip.dynamics.periodic.poincare_map import Lost
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator, System
 
+#: A cycle is followed at least so far beyond where the runs beside it end, relative to the speed.
+_FURTHER = 0.02
+
 
 def branches_of(
     system: Oscillator | System,
@@ -80,7 +83,7 @@ def branches_of_masses(system: System, bounds: tuple[float, float], sweeps: list
             continue
         speed, look = min(settled, key=lambda look: abs(look[0] - last))
         # So far that the cycle is followed to what ends it.
-        end = float(np.clip(2 * beyond - last, *bounds))
+        end = float(np.clip(beyond + np.copysign(max(abs(beyond - last), _FURTHER * beyond), beyond - last), *bounds))
         family = Family((PATH,), ((min(speed, end), max(speed, end)),), relative=True)
         branch = _branch(with_number(system, PATH, speed), speed, look.end, family, branches, watch)
         if branch is not None:

@@ -20,6 +20,8 @@ _WINDOW, _BEFORE = 0.1, 0.6
 _LEAST_SHARE = 1e-4
 #: A motion repeats, as far as two windows of it tell, where its size and mean stick time differ by no more.
 _REPEATS = 1e-3
+#: Motions at one speed are the same where these differ by no more.
+_RESEMBLES = 1e-2
 #: By which factor two runs differ in size, in the number of their events or in stick time to be of different kinds.
 _SIZE, _COUNT, _STICK = 1.1, 1.1, 1.5
 
@@ -56,6 +58,11 @@ class Shown:
     stuck: float = 0.0
     stuck_before: float = 0.0
 
+    def start_at(self, speed: float) -> tuple[Any, Any]:
+        """Where it ended, as the start of a run at another drive velocity: what is stuck goes with the drive there too."""
+        x, v = self.end
+        return x, np.where(np.asarray(v) == self.speed, speed, v)[()]
+
     @property
     def sticks(self) -> bool:
         """Whether adhesion is a part of the motion that lasts: its sticks do not become ever shorter."""
@@ -78,6 +85,13 @@ class Shown:
         """Whether two windows are so alike that the motion may be taken to repeat."""
         pairs = ((self.size, self.size_before), (self.stick_time, self.stick_before))
         return all(abs(late - early) <= _REPEATS * late for late, early in pairs)
+
+    def resembles(self, other: Shown) -> bool:
+        """Whether the two may be one motion, as those must be taken for that do not repeat."""
+        if not (self.repeats and other.repeats):
+            return True
+        pairs = ((self.size, other.size), (self.stick_time, other.stick_time))
+        return all(abs(one - two) <= _RESEMBLES * max(one, two) for one, two in pairs)
 
     def differs(self, other: Shown) -> bool:
         """Whether the two are motions of different kinds, as far as runs tell.
@@ -163,12 +177,12 @@ def shown(
     )
 
 
-def rest(system: Oscillator | System) -> Any:
-    """Where the masses start on the drive: at 0, several a little apart, as masses alike would move alike for ever."""
+def rest(system: Oscillator | System, share: float = 0.1) -> Any:
+    """Where masses start on the drive: one at 0, several apart by a share of their reach, as equal ones stay alike."""
     if isinstance(system, Oscillator):
         return 0.0
     # Spread evenly, whatever the number of masses.
-    return 0.1 * reach(system).max() * (np.arange(system.masses) * (5**0.5 - 1) / 2 % 1.0)
+    return share * reach(system).max() * (np.arange(system.masses) * (5**0.5 - 1) / 2 % 1.0)
 
 
 def drive_of(system: Oscillator | System) -> float:

@@ -23,6 +23,7 @@ from stickslip.dynamics.critical.runs import (
     from_orbit,
     from_rest,
     look_over,
+    nearly_together,
     sides_of,
     unlike_neighbours,
 )
@@ -44,11 +45,13 @@ _KINDS = (
 _SAME = 1e-6
 #: Candidates closer than this, relative to the speed, may be too near for runs to tell which of them changes the motion.
 _TOGETHER = 1e-3
+#: Runs lose a cycle so far before its end at the most, relative to the speed.
+_LOST_BEFORE = 1e-2
 
 
 @dataclass(frozen=True)
 class CriticalVelocities(Mapping[str, float], InNotebook):
-    """Critical drive velocities by name, the lowest of each; `all` has every one.
+    """Critical drive velocities by name, the lowest of each and the greatest end of stick-slip; `all` has every one.
 
     `criticalities` has (drive velocity, word) of each smooth Hopf point: ``"supercritical"`` where the cycle born there is
     stable, ``"subcritical"`` where it repels, ``"degenerate"`` where the first Lyapunov coefficient vanishes,
@@ -74,7 +77,7 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
         values = [value for kind, value in self.all if kind == name]
         if not values:
             raise KeyError(name)
-        return min(values)
+        return max(values) if name == "end_of_stick_slip" else min(values)
 
     def __iter__(self) -> Iterator[str]:
         return iter(dict.fromkeys(kind for kind, _ in self.all))
@@ -170,11 +173,12 @@ def critical_velocities(
         for a forced system or bounds that make no sense; of several masses for contacts that are not all on one drive,
         springs that are not linear, or masses that nothing ties to the ground.
 
-    Several masses start at rest at unlike positions, and along the mode that grows beside steady slip. Their motions may be
-    chaotic, with long transients; of them only the changes of steady slip and of sticking are given: every end and onset of
-    stick-slip, as it may end and begin again. A cycle beside it is followed to what ends it (to rounding, with its name),
-    else runs of 3000 of the slowest natural periods tell it to 1e-5. What these do not settle is in ``.brackets``. Sticks in
-    less than 1e-4 of the time are none.
+    Several masses start at rest at x_i = c (0.618 i mod 1), i = 0, 1, …, with c a tenth and a thousandth of the largest
+    F_s/k, and along the mode that grows beside steady slip; a motion that sticks is carried on where the next speed, from
+    rest, shows another. Their motions may be chaotic, with long transients; of them only the changes of steady slip and of
+    sticking are given: every end and onset of stick-slip, as it may end and begin again. A cycle beside it is followed to
+    what ends it (to rounding, with its name), else runs of 3000 of the slowest natural periods tell it to 1e-5. What these do
+    not settle is in ``.brackets``, such as motions of equal masses in step. Sticks in less than 1e-4 of the time are none.
 
     Limits: cycles that are reached neither from rest, nor from beside steady slip, nor from those at another speed, are not
     looked for; nor is, of several masses, what happens and is undone between two of the 96 speeds.
@@ -201,6 +205,8 @@ def critical_velocities(
     unstable = None
     watch = Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))
     sweeps: list[Sweep] = [(from_rest(system, watch), []), (beside(system, watch), [])]
+    if isinstance(system, System):
+        sweeps.append((nearly_together(system, watch), []))
     try:
         steady, neutral = steady_changes(system, PATH, (low, high), keep=watch.limit.keep)
         for kind, value in steady:
@@ -209,22 +215,23 @@ def critical_velocities(
                 natures += ((value, criticality(system, PATH, value)),)
         if not steady and not neutral and _grows_everywhere(system, low, high):
             unstable = (low, high)
-        ends = _search(system, (low, high), steady, neutral, watch, sweeps, found, points)
+        ends, left = _search(system, (low, high), steady, neutral, watch, sweeps, found, points)
     except TimeIsUp:
         warnings.warn(
             "critical_velocities: the search ended after max_seconds and is unfinished; raise max_seconds to go on",
             UnfinishedWarning,
             stacklevel=2,
         )
-        brackets = _brackets(sweeps[0], found)
+        brackets = _brackets(sweeps[:1], [value for _, value in found])
         return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral), False, brackets, unstable)
     if isinstance(system, Oscillator):
         found += [("end_of_stick_slip", max(ends))] if ends else []
         return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral), unstable=unstable)
     # Stick-slip of several masses may end and begin again, and what does so may not be told from a transient.
     found += [("end_of_stick_slip", value) for value in sorted(set(ends))]
+    brackets = _brackets(sweeps, [*left, *(value for _, value in found)])
     return CriticalVelocities(
-        tuple(found), natures, tuple(points), tuple(neutral), brackets=_brackets(sweeps[0], found), unstable=unstable
+        tuple(found), natures, tuple(points), tuple(neutral), brackets=brackets, unstable=unstable
     )
 
 
@@ -273,8 +280,13 @@ def _search(
     sweeps: list[Sweep],
     found: list[tuple[str, float]],
     points: list[SpecialPoint],
-) -> list[float]:
-    """Add what runs show, the special points of cycles and what runs confirm of them to the lists; the ends of stick-slip."""
+) -> tuple[list[float], list[float]]:
+    """Add what runs show, the special points of cycles and what runs confirm of them to the lists.
+
+    Returns
+    -------
+    the ends of stick-slip, and where only the start of a run leaves the basin of a motion that goes on.
+    """
     low, high = bounds
     look_over(system, low, high, watch, sweeps)
     if isinstance(system, Oscillator):
@@ -306,18 +318,23 @@ def _search(
             found.append((kind, value))
         if special is not None and sides[0].sticks and not sides[1].sticks:
             ends.append(value)
+    ends_of_cycles, left = tuple(ends), list[float]()
     for run, looks in sweeps:
         for value, sides in changes_of_sticking(run, looks, [*ends, *(value for _, value in found)]):
+            # Near its end the basin of a cycle is small: runs lose it before.
+            if sides[0].sticks and any(value < end < (1 + _LOST_BEFORE) * value for end in ends_of_cycles):
+                continue
             # Where a motion goes on beyond, a start has left its basin; of those the run from rest has a name.
             suffix = "" if _ends(system, watch, value, *sides) else "_from_rest"
             if suffix and run is not sweeps[0][0]:
+                left += [value] if run in (start for start, _ in sweeps[:3]) else []
                 continue
             if sides[0].sticks and not suffix:
                 ends.append(value)
             elif value not in (other for _, other in found):
                 found.append((("end" if sides[0].sticks else "onset") + "_of_stick_slip" + suffix, value))
     watch("confirmation", len(candidates) + 1, len(candidates) + 1)
-    return ends
+    return ends, left
 
 
 def _ends(system: Oscillator | System, watch: Watch, value: float, below: Shown, above: Shown) -> bool:
@@ -326,7 +343,7 @@ def _ends(system: Oscillator | System, watch: Watch, value: float, below: Shown,
         return _attracts(system, watch, value, below, above)
     here, there = (below, above) if below.sticks else (above, below)
     beyond = with_number(system, PATH, there.speed)
-    return here.sticks and not there.sticks and not watch.shown(beyond, LONGEST, *here.end).sticks
+    return here.sticks and not there.sticks and not watch.shown(beyond, LONGEST, *here.start_at(there.speed)).sticks
 
 
 def _attracts(system: Oscillator, watch: Watch, value: float, below: Shown, above: Shown) -> bool:
@@ -336,7 +353,7 @@ def _attracts(system: Oscillator, watch: Watch, value: float, below: Shown, abov
     """
 
     def goes_on(side: Shown, speed: float, cycles: float) -> Shown:
-        return watch.shown(with_number(system, PATH, speed), cycles, *side.end)
+        return watch.shown(with_number(system, PATH, speed), cycles, *side.start_at(speed))
 
     sides = [below, above]
     for i, side in enumerate(sides):
@@ -349,10 +366,20 @@ def _attracts(system: Oscillator, watch: Watch, value: float, below: Shown, abov
     )
 
 
-def _brackets(sweep: Sweep, known: list[tuple[str, float]]) -> tuple[tuple[str, float, float], ...]:
-    """Between which speeds the runs of a sweep stop or begin to stick, where no speed that is known explains it."""
-    return tuple(
-        ("end_of_stick_slip" if below.sticks else "onset_of_stick_slip", low, high)
-        for (low, below), (high, _) in unlike_neighbours(sweep[1])
-        if not any(low <= value <= high for _, value in known)
-    )
+def _brackets(sweeps: list[Sweep], known: list[float]) -> tuple[tuple[str, float, float], ...]:
+    """Between which speeds runs stop or begin to stick, where no speed that is known explains it; what overlaps is one."""
+    found: list[tuple[str, float, float]] = []
+    for _, looks in sweeps:
+        for (low, below), (high, _) in unlike_neighbours(looks):
+            name = "end_of_stick_slip" if below.sticks else "onset_of_stick_slip"
+            # Runs lose a cycle before its end.
+            slack = _LOST_BEFORE * high if below.sticks else 0.0
+            if not any(low <= value <= high + slack for value in known):
+                found.append((name, low, high))
+    whole: list[tuple[str, float, float]] = []
+    for name, low, high in sorted(found):
+        if whole and whole[-1][0] == name and low <= whole[-1][2]:
+            whole[-1] = name, whole[-1][1], max(high, whole[-1][2])
+        else:
+            whole.append((name, low, high))
+    return tuple(whole)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.continuation.branch import SpecialPoint
-from stickslip.dynamics.critical.confirmation import Shown, shown
+from stickslip.dynamics.critical.confirmation import Shown, rest, shown
 from stickslip.dynamics.periodic.equilibria import stability, steady_slip
 from stickslip.dynamics.periodic.event_sequence import with_number
 from stickslip.files.notebook import waiting_by_stage
@@ -77,8 +77,14 @@ def sides_of(run: Run, value: float, gap: float) -> Sides | None:
 
 
 def from_rest(system: Oscillator | System, watch: Watch) -> Run:
-    """Runs that start as a simulation without a start does."""
+    """Runs that start at rest on the drive, of several masses at unlike positions (:func:`~.confirmation.rest`)."""
     return lambda speed, cycles: watch.shown(with_number(system, PATH, speed), cycles)
+
+
+def nearly_together(system: System, watch: Watch) -> Run:
+    """Runs of several masses that start as a simulation without a start does, but for a thousandth of their reach."""
+    start = rest(system, 1e-3)
+    return lambda speed, cycles: watch.shown(with_number(system, PATH, speed), cycles, start)
 
 
 def beside(system: Oscillator | System, watch: Watch, value: float | None = None) -> Run:
@@ -121,7 +127,10 @@ def from_orbit(system: Oscillator | System, watch: Watch, special: SpecialPoint)
 
 
 def look_over(system: Oscillator | System, low: float, high: float, watch: Watch, sweeps: list[Sweep]) -> None:
-    """Add what runs show over the speeds: from rest, beside steady slip that is unstable, and beyond where those end."""
+    """Add what runs show over the speeds: from rest, beside steady slip that is unstable, and beyond where those end.
+
+    `sweeps` has the run from rest, that beside steady slip, and of several masses one more from rest.
+    """
     speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
     unstable = []
     for speed in speeds:
@@ -129,8 +138,9 @@ def look_over(system: Oscillator | System, low: float, high: float, watch: Watch
         damping, neutral = stability(with_number(system, PATH, speed))
         if not (damping >= 0 or neutral):
             unstable.append(speed)
-    count = len(speeds) + len(unstable)
-    for (run, looks), some in zip(sweeps, (speeds, unstable), strict=True):
+    every = [speeds, unstable, speeds][: len(sweeps)]
+    count = sum(map(len, every))
+    for (run, looks), some in zip(sweeps, every, strict=True):
         for speed in some:
             watch("runs", sum(len(known) for _, known in sweeps), count)
             looks.append((speed, run(speed, _CYCLES)))
@@ -144,7 +154,24 @@ def look_over(system: Oscillator | System, low: float, high: float, watch: Watch
                 sweeps.append(sweep)
                 if isinstance(system, System):
                     _outlast(*sweep)
+    if isinstance(system, System):
+        for run_looks in (sweeps[0], sweeps[2]):
+            _carry_on(system, watch, run_looks[1], speeds, sweeps)
     watch("runs", count, count)
+
+
+def _carry_on(
+    system: System, watch: Watch, looks: list[tuple[float, Shown]], speeds: Sequence[float], sweeps: list[Sweep]
+) -> None:
+    """Add sweeps of motions to which a start at rest leads at one speed, and to which it does not at the next."""
+    for here, (speed, _) in tuple(itertools.pairwise(sorted(looks, key=lambda look: look[0]))):
+        if not (here[1].sticks and here[1].repeats):
+            continue
+        look = watch.shown(with_number(system, PATH, speed), _CYCLES, *here[1].start_at(speed))
+        known = [other for _, others in sweeps for at, other in others if at == speed]
+        if look.sticks and not any(look.resembles(other) for other in known):
+            sweeps.append(_followed(system, watch, (here, (speed, look)), speeds))
+            _outlast(*sweeps[-1])
 
 
 def _followed(
@@ -153,15 +180,16 @@ def _followed(
     """The motion that sticks on one side of a change, followed beyond it from speed to speed until it sticks no more."""
     here, beyond = change if change[0][1].sticks else change[::-1]
     way = math.copysign(1.0, beyond[0] - here[0])
-    ends = {here[0]: here[1].end}
+    several = isinstance(system, System)
+    ends = {here[0]: here[1]}
 
     def run(speed: float, cycles: float) -> Shown:
         start = ends[
             max((known for known in ends if way * known <= way * speed), key=lambda at: way * at, default=here[0])
         ]
-        look = watch.shown(with_number(system, PATH, speed), cycles, *start)
+        look = watch.shown(with_number(system, PATH, speed), cycles, *start.start_at(speed))
         if look.sticks:
-            ends[speed] = look.end
+            ends[speed] = look
         elif speed != here[0]:
             ends.pop(speed, None)
         return look
@@ -175,7 +203,7 @@ def _followed(
     (last, _), (lost, look) = looks[-2:]
     step = 0.0 if look.sticks else (lost - last) / 2
     while abs(step) > _CLOSE * last:
-        look = run(last + step, _LONG)
+        look = run(last + step, LONGEST if several else _LONG)
         if look.sticks:
             looks.insert(-1, (last := last + step, look))
         else:
