@@ -108,8 +108,33 @@ def test_what_is_reported_is_what_runs_show(seed):
     assert case.missed == []
 
 
+@pytest.mark.slow
+def test_a_motion_that_no_start_at_rest_reaches_near_its_end_is_followed_to_it():
+    """Six bodies of a drill string: from rest at 0.5 and below a motion begins that lasts to 1.052, from above another."""
+    stiffness = np.diag([80.0, 80, 80, 80, 80, 40]) - 40 * (np.eye(6, k=1) + np.eye(6, k=-1))
+    contact = ss.Contact(5, ss.laws.StaticKinetic(5.0, 3.0), 0.5)
+    drill = ss.System([2.0, 1, 1, 1, 1, 1.5], stiffness, 0.01 * stiffness + 0.02 * np.eye(6), [contact])
+    found = ss.critical_velocities(drill)
+    assert abs(found["end_of_stick_slip"] - 1.0519666641) < 1e-9
+    assert [value for name, value in found.all if name == "end_of_stick_slip"][-1] == found["end_of_stick_slip"]
+    # plain runs on both sides, from a state on that motion
+    for speed, regime in ((0.9, "stick_slip"), (1.06, "stable_slip")):
+        start = [1.35 * (i + 1) / 6 for i in range(6)], [0.0] * 5 + [speed]
+        there = replace(drill, contacts=[replace(contact, drive_velocity=speed)])
+        assert ss.simulate(there, 2000.0, *start).regime(transient=0.8) == regime
+
+
+@pytest.mark.slow
+def test_runs_that_lose_a_cycle_before_its_end_make_no_second_end():
+    stiffness = np.array([[10.0, -5.0], [-5.0, 5.0]])
+    contact = ss.Contact(1, ss.laws.StaticKinetic(1.0, 0.5), 0.2)
+    found = ss.critical_velocities(ss.System([2.0, 1.0], stiffness, [[0.5, -0.25], [-0.25, 0.25]], [contact]))
+    assert [round(value, 9) for name, value in found.all if name == "end_of_stick_slip"] == [0.386121465]
+    assert found.brackets == ()
+
+
 def test_what_runs_do_not_settle_is_a_bracket(monkeypatch):
-    """Sticks that end at a speed which depends on the length of the run are given as such."""
+    """Sticks that end at a speed which depends on the length of the run are given as such, beside where the longest end."""
 
     def shown(system, cycles, *_, **__):
         share = float(system.drive_velocity < (0.45 if cycles == 3000 and system.drive_velocity > 0.4 else 0.4))
@@ -119,7 +144,9 @@ def test_what_runs_do_not_settle_is_a_bracket(monkeypatch):
     monkeypatch.setattr(runs, "shown", shown)
     monkeypatch.setattr(branch_search, "_branch", lambda *_: None)
     found = ss.critical_velocities(TWO, (0.2, 0.5))
-    assert found.all == ()
+    ((name, value),) = found.all
+    assert name == "end_of_stick_slip"
+    assert abs(value - 0.45) < 1e-5
     ((name, low, high),) = found.brackets
     assert name == "end_of_stick_slip"
     assert low < 0.4 <= high < low + 0.01

@@ -53,6 +53,7 @@ from stickslip.measurement.stick_limits import BLUR, refine_sticks
 from stickslip.measurement.sticks import (
     Presmoothed,
     Stick,
+    creep_delay,
     creeping_sticks,
     find_flanks,
     own_period,
@@ -69,6 +70,9 @@ LEAST_NOISE = 1e-5
 
 LARGE = 0.3
 """Falls of so much of the largest one are slips, whatever the noise."""
+
+UNSEEN = 2.0
+"""Break-aways are seen within so many delays of a sudden one, or there was none."""
 
 EVENT_DIMENSIONS = {"t": "time", "stick_time": "time", "force_rate": "force time^-1"}
 """Of the columns of a table of break-aways; the others are forces."""
@@ -306,9 +310,11 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     notes += few
     if sticks and not rigid:
         notes += smaller
+        delay = creep_delay(presmoothed, sticks, o.drive_velocity)
         notes.append(
-            "while stuck the mass creeps by more than the noise: sticks are bounded where w passes half of V, and "
-            "w is measured, not set to zero, inside them"
+            "while stuck the mass creeps by more than the noise, or its positions have an error that is smooth along the way "
+            "or in time: sticks are bounded where w passes half of V, and w is measured, not set to zero, inside them; "
+            f"a sudden break-away is {delay:.2g} s earlier, which the errors of all break-aways hold"
         )
     notes += [*overtaking(friction, presmoothed.rate_error), *unlike_stated_noise(friction, record, rig)]
     if sticks and (coarse := coarse_step(record.signal[weight > 0], friction.noise * o.stiffness / abs(per_reading))):
@@ -327,6 +333,8 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     notes += filtered(friction)
     if few:  # so few samples place all break-aways alike
         friction = replace(friction, late=math.hypot(friction.late, BLUR * record.step))
+    if sticks and not rigid:
+        friction = replace(friction, late=math.hypot(friction.late, delay / math.sqrt(3)))
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
     if word == "unknown":
@@ -378,9 +386,27 @@ def _coloured(draft: Draft, rig: Rig, known_noise: float | None, least: float, n
 
 
 def _without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft, Shaken | None]:
-    """The draft without a line that all its sticks share, and what was taken; as it is where there is none."""
+    """The draft without a line that all its sticks share, and what was taken; as it is where there is none.
+
+    A line after whose removal masses break away long before they are seen to move is none: such is an error of positions.
+    """
     o = draft.oscillator
     guesses = creeping_sticks(draft.presmoothed, draft.flanks, o.drive_velocity)
+    found, shaken = _ripple_taken(draft, rig, pixel, guesses)
+    if shaken is None:
+        return draft, None
+    ends = np.array([stick.end for stick in _rigid_fit(found)[0] if stick.ends])
+    seen = np.array([stick.end for stick in guesses if stick.ends])
+    if ends.size and seen.size:
+        early = seen - ends[np.abs(seen[:, None] - ends).argmin(axis=1)]
+        if float(np.median(early)) > UNSEEN * creep_delay(draft.presmoothed, guesses, o.drive_velocity):
+            return draft, None
+    return found, shaken
+
+
+def _ripple_taken(draft: Draft, rig: Rig, pixel: float | None, guesses: list[Stick]) -> tuple[Draft, Shaken | None]:
+    """The same by what the samples say of a line, with first guesses of the sticks."""
+    o = draft.oscillator
     samples = draft.time, draft.extension, draft.weight
     ripple = find_ripple(*samples, guesses, draft.noise, rig.mains_frequency, pixel)
     if ripple is None:

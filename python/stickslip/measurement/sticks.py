@@ -328,6 +328,20 @@ def creeping_sticks(presmoothed: Presmoothed, flanks: Flanks, drive_velocity: fl
     return sticks
 
 
+def creep_delay(presmoothed: Presmoothed, sticks: list[Stick], drive_velocity: float) -> float:
+    """How long after a sudden break-away the slip velocity passes the level that ends a creeping stick: the usual level / w'.
+
+    A mass that only seems to creep, as its positions have an error that is smooth along the way or in time, breaks away
+    before the level by that much; one that creeps is said to break away there.
+    """
+    level = max(CREEP_LEVEL * drive_velocity, 4 * presmoothed.rate_error)
+    acceleration = np.gradient(drive_velocity - presmoothed.rate, presmoothed.time)
+    at = np.searchsorted(presmoothed.time, [stick.end for stick in sticks if stick.ends])
+    fastest = [float(acceleration[i : i + 3].max()) for i in at]
+    delays = [level / fast for fast in fastest if fast > 0]
+    return float(np.median(delays)) if delays else 0.0
+
+
 def rigid_candidates(
     presmoothed: Presmoothed, flanks: Flanks, drive_velocity: float, own_frequency: float
 ) -> list[Stick]:

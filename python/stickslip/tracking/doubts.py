@@ -164,10 +164,11 @@ def remarks(mass: int, x: Array, y: Array, size: Array) -> list[str]:
     return found
 
 
-def clearness(film: list[Detections], whole: list[bool], tracks: list[Track]) -> tuple[float, float]:
-    """The least score of the tracks over the best of all other spots, and how many those are; over the `whole` pictures.
+def clearness(film: list[Detections], whole: list[bool], tracks: list[Track]) -> tuple[float, float, bool]:
+    """The least score of the tracks over the best of all other spots, how many those are, and whether that one moves too.
 
-    A median and a mean, (inf, 0) where there are no others.
+    Over the `whole` pictures: a median, a mean, and whether the best other spot is seen in most of them, spread by more than
+    its size. (inf, 0, False) where there are no others.
     """
     chosen: dict[int, list[int]] = {}
     for track in tracks:
@@ -175,8 +176,20 @@ def clearness(film: list[Detections], whole: list[bool], tracks: list[Track]) ->
             if whole[frame]:
                 chosen.setdefault(frame, []).append(position)
     ratios, counts = [], []
+    best: list[tuple[float, float, float]] = []
     for frame, indices in chosen.items():
-        others = np.delete(film[frame].score, indices)
+        others = np.delete(np.arange(len(film[frame])), indices)
         counts.append(len(others))
-        ratios.append(float(film[frame].score[indices].min() / others.max()) if len(others) else math.inf)
-    return (float(np.median(ratios)), float(np.mean(counts))) if counts else (math.inf, 0.0)
+        if not len(others):
+            ratios.append(math.inf)
+            continue
+        other = int(others[np.argmax(film[frame].score[others])])
+        ratios.append(float(film[frame].score[indices].min() / film[frame].score[other]))
+        best.append((float(film[frame].x[other]), float(film[frame].y[other]), float(film[frame].size[other])))
+    if not counts:
+        return math.inf, 0.0, False
+    moves = False
+    if len(best) > len(counts) / 2:
+        x, y, size = np.array(best).T
+        moves = max(float(np.subtract(*np.quantile(of, [0.9, 0.1]))) for of in (x, y)) > float(np.median(size))
+    return float(np.median(ratios)), float(np.mean(counts)), moves

@@ -222,11 +222,16 @@ def _unclear(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> list
     if setup.finder != "blob":
         return []
     known = [*tracks, *(still for track in tracks for still in track.at_rest)]
-    ratio, others = clearness(seen.pictures, seen.whole, known)
+    ratio, others, moves = clearness(seen.pictures, seen.whole, known)
     if ratio >= CLEAR:
         return []
     given = any(getattr(setup, name) is not None for name in ("size", "start", "region", "threshold", "level"))
     like = f"{others:.0f} other spots in a picture look like a {_describe(setup)}, the best {1 / ratio:.2g} times as much as "
+    if ratio < TEXTURE and moves and others < 3 * setup.count and not (given or setup.moving):
+        raise InputError(
+            f"{film.name}: {like}what was found, and it moves too: give start, the first place of the marker that is meant "
+            "(region or size where these tell them apart), or masses = 2 to follow both"
+        )
     if ratio < TEXTURE and others >= 3 * setup.count and not (given or setup.moving):
         raise InputError(
             f"{film.name}: {like}what was found, as texture does; give size, start, region or moving, or look whether there "
@@ -318,6 +323,11 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
             size[frame, mass] = found.size[position]
             cut = [name for name, off in (("x", found.cut_x[position]), ("y", found.cut_y[position])) if off]
             lost[frame, mass] = " and ".join(cut) + CUT if cut else ""
+        if not np.isin(lost[:, mass], ["", *(axis + CUT for axis in "xy")]).any():
+            raise InputError(
+                f"{film.name}: what was taken for mass {mass} is seen whole in none of {len(times)} pictures "
+                f"({lost[0, mass]}), so it is hardly the {_describe(setup)} that is meant; give region, start or moving"
+            )
         if setup.finder == "blob":
             _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])
         doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])

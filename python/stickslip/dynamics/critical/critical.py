@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -321,8 +321,7 @@ def _search(
     ends_of_cycles, left = tuple(ends), list[float]()
     for run, looks in sweeps:
         for value, sides in changes_of_sticking(run, looks, [*ends, *(value for _, value in found)]):
-            # Near its end the basin of a cycle is small: runs lose it before.
-            if sides[0].sticks and any(value < end < (1 + _LOST_BEFORE) * value for end in ends_of_cycles):
+            if sides[0].sticks and _lost_before(value, ends_of_cycles):
                 continue
             # Where a motion goes on beyond, a start has left its basin; of those the run from rest has a name.
             suffix = "" if _ends(system, watch, value, *sides) else "_from_rest"
@@ -334,7 +333,12 @@ def _search(
             elif value not in (other for _, other in found):
                 found.append((("end" if sides[0].sticks else "onset") + "_of_stick_slip" + suffix, value))
     watch("confirmation", len(candidates) + 1, len(candidates) + 1)
-    return ends, left
+    return [end for end in ends if end in ends_of_cycles or not _lost_before(end, ends)], left
+
+
+def _lost_before(value: float, ends: Sequence[float]) -> bool:
+    """Whether runs that lose a motion at a speed may have lost it before its end, near which its basin is small."""
+    return any(value < end < (1 + _LOST_BEFORE) * value for end in ends)
 
 
 def _ends(system: Oscillator | System, watch: Watch, value: float, below: Shown, above: Shown) -> bool:

@@ -95,6 +95,15 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             f"{records[0].source}: the {units.inertia} comes out at {inertia:.3g} {units.mass} and friction drives the "
             "motion: current and displacement count in opposite directions; give the column of one of them sign = -1"
         )
+    if inertia < -SURE * inertia_error:
+        negative = (
+            f"the {units.inertia} comes out at {inertia:.3g} +- {inertia_error:.2g} {units.mass}, which none can be: part of "
+            "the current follows the position, as gravity on an arm or a spring makes it, and is taken for friction; take "
+            "the instrument direct_force, which fits such forces, with the same columns"
+        )
+        if published is None:
+            raise InputError(f"{records[0].source}: {negative}")
+        notes.append(negative)
     free = [m for (_, fixed), m in mean.items() if fixed == 0.0]
     notes.append(
         f"friction hangs on a one-sample delay ({1e3 * step:.3g} ms) and on the {units.inertia}: {low:.4g} ... {high:.4g} "
