@@ -130,6 +130,8 @@ const STANDING: u32 = 1000;
 const STIFF: u64 = 100_000;
 /// A motion this much faster than at its start grows.
 const GROWN: f64 = 1e6;
+/// One this much faster runs away: no start from which it settles is so slow.
+const RUNS_AWAY: f64 = 1e9;
 /// So many steps pass between two questions whether to go on.
 const ASKED: u64 = 64;
 /// Slip speeds below this share of the largest speed of the run are zero within rounding.
@@ -309,7 +311,12 @@ impl<'a> Loop<'a> {
                 self.steps.clear();
             }
             // The series of a motion that grows leaves the numbers before the motion does.
-            let grown = self.scale > GROWN * *began.get_or_insert(self.scale);
+            let growth = self.scale / *began.get_or_insert(self.scale);
+            if growth > RUNS_AWAY {
+                self.record_step();
+                return Stop::Diverged;
+            }
+            let grown = growth > GROWN;
             let overflow = if grown { Stop::Diverged } else { Stop::NotANumber };
             if let Some(stop) = lost(&self.x)
                 .or_else(|| lost(&self.v))

@@ -23,7 +23,7 @@ named! {
         MaxEvents = "max_events",
         /// Events followed each other with hardly any time passing.
         Accumulation = "accumulation",
-        /// The motion grew beyond all numbers.
+        /// The motion runs away: it grew beyond all numbers, of several masses to 1e9 times the speed of its start.
         Diverged = "diverged",
         /// The motion is too stiff for the steps that are possible.
         Stiff = "stiff",
@@ -53,7 +53,7 @@ impl Stop {
                 "the run stopped where events accumulate with hardly any time passing: look at the last rows of the table of events"
             }
             Self::Diverged => {
-                "the run stopped where the motion grew beyond all numbers: look for friction that falls without end"
+                "the run stopped as the motion runs away: look for friction that falls without end, or a stiffness that is not symmetric, as of mode coupling"
             }
             Self::Stiff => {
                 "the run stopped where friction changes so steeply, or damping is so large, that it takes 100,000 steps a natural time: look for a law that is stiff at the slip speeds of this motion, or take a mass with so large a damping out"
