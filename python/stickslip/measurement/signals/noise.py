@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.ndimage import binary_closing, median_filter, uniform_filter1d
 
 Array = npt.NDArray[np.float64]
 
@@ -167,11 +167,14 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
             if bands[0] < bands[1] - bands[0]:
                 continue
             end = float(np.median(upward[at_end]))
+            # A reading beyond the band of noise parts no flat.
+            at_end = binary_closing(at_end, np.ones(3, bool))
         runs = [(a, b) for a, b in stretches(at_end) if a >= 8 and b - a >= least]
         if least == FLAT and not (runs and _flat([upward[a:b] for a, b in runs], end, noise)):
             continue
         onwards = [_onwards(upward, a, b) > end + 5 * noise for a, b in runs]
-        if len(runs) >= 2 and np.average(onwards, weights=[b - a for a, b in runs]) > 0.5:
+        # One alone may be where a drive stops.
+        if np.sum(onwards) >= 2 and np.average(onwards, weights=[b - a for a, b in runs]) > 0.5:
             found |= at_end
     return found
 
