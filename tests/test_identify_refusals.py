@@ -246,3 +246,11 @@ def test_a_record_without_slip_is_refused_beside_others(friction):
     stuck = xr.DataTree.from_dict({"/": data, "/break_away": friction["break_away"].to_dataset(inherit=False)})
     with pytest.raises(InputError, match=r"record 2 holds break-aways and no slip.*: leave it out"):
         identify([friction, stuck], law="StaticKinetic")
+
+
+def test_a_file_of_several_masses_says_how_to_take_one(tmp_path):
+    one = measured(t_end=60)
+    both = xr.DataTree.from_dict({"/mass_0": one, "/mass_1": one})
+    both.to_netcdf(tmp_path / "two.nc", engine="h5netcdf")
+    with pytest.raises(InputError, match=r"friction of 2 masses \(mass_0, mass_1\).* --mass 0, .* tree\['mass_0'\]"):
+        identify(tmp_path / "two.nc")

@@ -259,3 +259,16 @@ def test_rate_and_state_friction_that_is_almost_viscous_is_as_exact_as_other_fri
     own = solve_ivp(rates, (0.0, 20.0), start, "DOP853", t, rtol=1e-13, atol=1e-15).y
     orbit = ss.simulate(ss.Oscillator(damping, s, law), 20.0, 0.3, 0.2)
     assert np.abs(orbit.to_xarray(t).slip_velocity.to_numpy() - own[1]).max() < 5e-8
+
+
+def test_a_long_run_that_spends_its_evaluations_is_kept():
+    slider = ss.Oscillator(
+        damping=0.0, drive_velocity=0.1, law=ss.laws.LuGre(1e5, 316.0, 0.4, 1.0, 1.5, 1e-3), stiffness=2
+    )
+    short = ss.integrate(slider, 100.0, max_evaluations=60_000)
+    assert short.stop == "max_evaluations"
+    assert 50 < short.t_end < 100
+    assert short.regime() == "stick_slip"
+    assert "stickslip.integrate takes more" in short.stop_sentence
+    whole = ss.integrate(slider, 60.0)
+    assert abs(short.at(50.0)[0] - whole.at(50.0)[0]) < 1e-6

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.critical.intervals import critical_intervals
     from stickslip.dynamics.periodic.close_returns import periodic_orbits
     from stickslip.dynamics.periodic.cycles import periodic_orbit
+    from stickslip.dynamics.periodic.derivatives import sensitivities
     from stickslip.dynamics.periodic.exponents import lyapunov
     from stickslip.dynamics.periodic.manifold import manifold
     from stickslip.errors import InputError
@@ -82,6 +83,7 @@ _HOME = {
     "section": "dynamics",
     "film": "tracking",
     "show": "",
+    "sensitivities": "dynamics.periodic.derivatives",
     "simulate": "simulation.simulate",
     "simulate_many": "simulation.batch",
     "track": "tracking",
@@ -127,6 +129,7 @@ __all__ = [
     "return_map",
     "run",
     "section",
+    "sensitivities",
     "show",
     "simulate",
     "simulate_many",

@@ -277,6 +277,13 @@ def _from_tree(tree: xr.DataTree, name: str) -> FrictionRecord:
     data = tree.to_dataset(inherit=False)
     if "slip_velocity" not in data and len(_table(tree, name)):
         return _slips_alone(tree, name)
+    masses = sorted(child for child in tree.children if child.startswith("mass_"))
+    if "slip_velocity" not in data and masses:
+        raise InputError(
+            f"{name}: holds the friction of {len(masses)} masses ({', '.join(masses)}), each with a law of its own; measure "
+            f"one at a time: stickslip measure MOTION --rig RIG.toml --mass {masses[0].removeprefix('mass_')}, or in Python "
+            f"give tree[{masses[0]!r}]"
+        )
     columns: dict[str, Array] = {}
     for column in ("time", "slip_velocity", "force"):
         columns[column] = _column(data, column, name)

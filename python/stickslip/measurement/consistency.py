@@ -88,7 +88,7 @@ def check_rise(record: Record, rig: Rig, presmoothed: Presmoothed, flanks: Flank
         raise InputError(
             f"{record.source}: column {rig.column!r} rises at {rise:.3g}{_length(rig)}/s between two falls, and the drive "
             f"that drags the mass goes at {rig.drive_velocity:g}; correct the unit, the drive_velocity or the stiffness in "
-            "the rig"
+            "the rig; or leave out drop-outs to a fixed reading, which rise as steeply: [read] valid = [lowest, highest]"
         )
 
 

@@ -75,7 +75,11 @@ def path_in(name: str, document: Mapping[str, Any], where: str, *, starts: bool 
             listed = f"; known here are {', '.join(known)}" if known else ""
             raise InputError(f"{where}: the system has no number {name!r}{hint}{listed}") from None
     if isinstance(node, bool) or not isinstance(node, int | float):
-        raise InputError(f"{where}: {name!r} is not a number of the system, so it cannot be varied")
+        inner = ""
+        if isinstance(node, list | Mapping) and node:
+            keys = list(node) if isinstance(node, Mapping) else [str(i) for i in range(len(node))]
+            inner = f"; it holds {', '.join(f'{name}.{key}' for key in keys[:4])}{', …' if len(keys) > 4 else ''}"
+        raise InputError(f"{where}: {name!r} is not a number of the system, so it cannot be varied{inner}")
     return name
 
 

@@ -87,8 +87,11 @@ def simulate_many(
     time_limit(max_seconds, "simulate_many")
     axes = {name: np.atleast_1d(np.asarray(values, float)) for name, values in over.items()}
     for name, values in axes.items():
-        if values.ndim != 1 or not np.isfinite(values).all():
-            raise InputError(f"simulate_many: {name} must be a list of finite numbers, got shape {values.shape}")
+        if values.ndim != 1 or not values.size:
+            raise InputError(f"simulate_many: {name} must be a list of one number or more, got shape {values.shape}")
+        if not np.isfinite(values).all():
+            index = int(np.argmin(np.isfinite(values)))
+            raise InputError(f"simulate_many: {name} must be finite numbers, got {values[index]} at place {index}")
     masses = system.masses if isinstance(system, System) else 1
     held = keep if section else 0
     runs = math.prod(values.size for values in axes.values())

@@ -29,6 +29,8 @@ METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
 _SMALLEST = 100 * float(np.finfo(float).eps)
 #: How far v0 may be from the velocity at which forces balance, relative to the speeds of the motion.
 _BALANCED = 1e-3
+#: A run that came through so many natural periods before its evaluations were spent is kept.
+_FAR = 10.0
 #: What may be the reason where there is no mass.
 _RUNS_AWAY = "; without a mass or damping slip of a soft spring may become infinite in a finite time: give one of them"
 
@@ -63,7 +65,8 @@ def integrate(
     method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff); default
         LSODA, and Radau where that fails or stalls. Rate-and-state friction is integrated in the variable in which it is
         a line through rest.
-    max_evaluations : most evaluations of the right-hand side, some 100,000 a second.
+    max_evaluations : most evaluations of the right-hand side, some 100,000 a second. A run that has by then come through ten
+        natural periods ends there, with ``orbit.stop == "max_evaluations"``.
     max_seconds : time on the clock after which the run ends where it is, with ``orbit.stop == "max_seconds"``; default none.
 
     Returns
@@ -73,7 +76,7 @@ def integrate(
     Raises
     ------
     InputError
-        for a law without internal state, for values that make no sense, where `max_evaluations` did not suffice, and where
+        for a law without internal state, for values that make no sense, where `max_evaluations` lead nowhere, and where
         there is no mass and v0 and `state` are given but not in balance with x0.
 
     Limits: no event is certified; where the law creeps instead of sticking, so does the motion. Each step of the integrator
@@ -146,9 +149,11 @@ def integrate(
     attempts = [(one, 1) for one in (USUAL if method is None else (method,))]
     if core.is_steep:
         attempts += [(method or "LSODA", factor) for factor in (10, 100)]
+    ran_out = False
     for attempt, factor in attempts:
         least = finest * factor
-        slope.most = max_evaluations // 2 if method is None and not slope.spent else max_evaluations
+        if not ran_out:
+            slope.most = max_evaluations // 2 if method is None and not slope.spent else max_evaluations
         pieces = []
         try:
             for low, high in itertools.pairwise(edges):
@@ -170,6 +175,12 @@ def integrate(
         except (Stalled, ValueError) as stopped:
             # A ValueError is of Radau and BDF, which solve no equations of what is no number.
             came = stopped.t if isinstance(stopped, Stalled) else low
+            if slope.spent > slope.most and came > _FAR * whole.natural_period and not ran_out:
+                # Another method would not come further either: the same steps again, up to there.
+                ran_out, edges = True, [*(edge for edge in edges if edge < came), came]
+                slope.spent, slope.most = 0, 2 * slope.most
+                attempts.insert(attempts.index((attempt, factor)) + 1, (attempt, factor))
+                continue
             if (attempt, factor) == attempts[-1] or slope.spent > max_evaluations:
                 raise InputError(
                     f"integrate: {attempt} came to t = {came:g} in {min(slope.spent, max_evaluations)} evaluations: take "
@@ -186,6 +197,8 @@ def integrate(
         )
     solution = _joined(pieces, attempt)
     last, stop = float(solution.ts[-1]), {0: "t_end", 1: "max_seconds"}.get(pieces[-1].status, "solver")
+    if ran_out and stop == "t_end":
+        stop = "max_evaluations"
     marks = _marks(core, solution, masses_of(system), noise)
     for mark in marks:
         if len(mark.times) >= max_events and mark.times[max_events - 1] < last:

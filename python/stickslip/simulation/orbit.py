@@ -247,6 +247,8 @@ class Orbit(InNotebook):
         """
         if not 0 <= transient < 1:
             raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
+        if not self._contacts:
+            raise InputError("regime: the system has no contact, whose stick and slip a regime is")
         if not 0 <= contact < self._contacts:
             raise InputError(f"regime: contact must lie from 0 to {self._contacts - 1}, got {contact}")
         enough = not self.t_end < self.system.natural_period < np.inf

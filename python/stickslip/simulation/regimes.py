@@ -58,5 +58,5 @@ def regime_of_stop(stop: str, enough: bool) -> str | None:
     >>> regime_of_stop("diverged", True), regime_of_stop("accumulation", False), regime_of_stop("t_end", False)
     ('diverged', 'unfinished', None)
     """
-    # The integrator of laws with an internal state has a stop of its own, for the same reason.
-    return _core.regime_of_stop("stiff" if stop == "solver" else stop, enough)
+    # The integrator of laws with an internal state has stops of its own, for the same reasons.
+    return _core.regime_of_stop({"solver": "stiff", "max_evaluations": "max_events"}.get(stop, stop), enough)

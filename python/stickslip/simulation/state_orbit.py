@@ -32,6 +32,8 @@ _SENTENCES = {
     "t_end": "the run reached t_end",
     "max_events": "the run stopped at max_events: raise max_events to go on",
     "max_seconds": "the run stopped after max_seconds: raise max_seconds to go on",
+    "max_evaluations": "the run stopped after max_evaluations of the right-hand side: stickslip.integrate takes more of "
+    "them, or a looser tolerance",
     "solver": "the integrator could not go on, as the motion runs away or changes faster than it can follow: look at the "
     "last states, or give it another method or tolerance",
 }
@@ -111,7 +113,8 @@ class StateOrbit(Orbit):
     Attributes
     ----------
     system : the oscillator or system.
-    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"`` or ``"solver"``; `stop_sentence` says what it means.
+    stop : ``"t_end"``, ``"max_events"``, ``"max_seconds"``, ``"max_evaluations"`` or ``"solver"``; `stop_sentence` says what
+        it means.
     work : events and evaluations of the right-hand side.
     t_end : the time up to which the orbit is known.
 

@@ -191,6 +191,8 @@ def critical_velocities(
     (1.151292546497, 'subcritical', 1.836601)
     """
     scale = _checked(system)
+    if bounds is None and not scale > 0:
+        raise InputError("critical_velocities: there is no static friction by which to choose speeds; give bounds")
     low, high = bounds if bounds is not None else (0.01 * scale, 3 * scale)
     low, high = number("low", low, "critical_velocities"), number("high", high, "critical_velocities")
     if not 0 < low < high:
