@@ -426,3 +426,12 @@ def test_flutter_that_runs_away_is_no_regime():
     orbit = ss.simulate(system, 1000.0)
     assert (orbit.stop, orbit.regime()) == ("diverged", "diverged")
     assert orbit.t_end < 400
+
+
+def test_a_mass_matrix_that_is_singular_within_rounding_is_refused():
+    contacts = [ss.Contact(0, ss.laws.StaticKinetic(1.0, 0.6), 0.2)]
+    with pytest.raises(ss.InputError, match=r"singular within rounding: beside the others only 2\.0e-12 of mass 0 is left"):
+        ss.System([[1, 1 - 1e-12], [1 - 1e-12, 1]], [2.0, 1.0], 0.01, contacts)
+    # By hand: the second mass stays at rest, so the first breaks away at (1 - 0.01 * 0.2) / (2 * 0.2).
+    near = ss.System([[1, 1 - 1e-7], [1 - 1e-7, 1]], [2.0, 1.0], 0.01, contacts)
+    assert abs(ss.simulate(near, 2.6).events["t"][0] - 2.495) < 1e-8

@@ -146,6 +146,9 @@ impl<L: Checked + Clone + DeserializeOwned> System<L> {
     }
 }
 
+/// The least part of a mass that the others must leave alone: accelerations have fewer digits by as much.
+const ALONE: f64 = 1e-9;
+
 impl<L: Checked + DeserializeOwned> System<L> {
     /// A system from its JSON document.
     ///
@@ -257,8 +260,20 @@ impl<L: Checked + DeserializeOwned> System<L> {
     /// Check that every force accelerates.
     pub(crate) fn check_masses(&self) -> Result<(), Error> {
         let symmetric = (0..self.masses()).all(|i| (0..i).all(|j| self.mass[i][j] == self.mass[j][i]));
-        match Matrix::from_rows(&self.mass).inverse().filter(|_| symmetric) {
-            Some(inverse) if inverse.norm().is_finite() => Ok(()),
+        let mass = Matrix::from_rows(&self.mass);
+        match mass.inverse().filter(|_| symmetric) {
+            Some(inverse) if inverse.norm().is_finite() => {
+                // What is left of each mass beside the others: 1 / (M⁻¹)ⱼⱼ.
+                let share = |j: usize| 1.0 / (inverse.at(j, j) * mass.at(j, j));
+                match (0..self.masses()).find(|&j| share(j) < ALONE) {
+                    Some(j) => wrong(format!(
+                        "the mass matrix is singular within rounding: beside the others only {:.1e} of mass {j} is left, and a \
+                         motion would be lost in that; give coordinates that move by themselves",
+                        share(j)
+                    )),
+                    None => Ok(()),
+                }
+            }
             Some(_) => wrong("the masses must be so large that their inverses are finite numbers".into()),
             None => wrong(
                 "the mass matrix must be symmetric and positive definite: every mass must be greater than 0"
