@@ -257,7 +257,7 @@ def test_a_motion_too_stiff_for_its_steps_ends_with_a_sentence():
     system = ss.System([1, 1], [[2, -1], [-1, 2]], 0.0, [ss.Contact(0, falls, 0.2), ss.Contact(1, cubic, 0.2)])
     orbit = ss.simulate(system, 1000, x0=[1.0, 0.0])
     assert orbit.stop in ("stiff", "diverged")
-    assert "the run stopped where" in orbit.stop_sentence
+    assert orbit.stop_sentence.startswith("the run stopped")
 
 
 @pytest.mark.parametrize("damping", [3e3, 1e6])
@@ -430,7 +430,9 @@ def test_flutter_that_runs_away_is_no_regime():
 
 def test_a_mass_matrix_that_is_singular_within_rounding_is_refused():
     contacts = [ss.Contact(0, ss.laws.StaticKinetic(1.0, 0.6), 0.2)]
-    with pytest.raises(ss.InputError, match=r"singular within rounding: beside the others only 2\.0e-12 of mass 0 is left"):
+    with pytest.raises(
+        ss.InputError, match=r"singular within rounding: beside the others only 2\.0e-12 of mass 0 is left"
+    ):
         ss.System([[1, 1 - 1e-12], [1 - 1e-12, 1]], [2.0, 1.0], 0.01, contacts)
     # By hand: the second mass stays at rest, so the first breaks away at (1 - 0.01 * 0.2) / (2 * 0.2).
     near = ss.System([[1, 1 - 1e-7], [1 - 1e-7, 1]], [2.0, 1.0], 0.01, contacts)
