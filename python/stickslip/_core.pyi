@@ -68,7 +68,7 @@ class Orbit:
     @staticmethod
     def simulate(system: System, run: _Start, max_seconds: float | None) -> Orbit: ...
     @staticmethod
-    def resume(system: System, state: _Floats, contact_states: _Modes, duration: float) -> Orbit: ...
+    def resume(system: System, state: _Floats, contact_modes: _Modes, duration: float) -> Orbit: ...
     @staticmethod
     def restore(
         system: System,
@@ -232,7 +232,7 @@ def event_sequence(
     system: System, x0: list[float] | None, v0: list[float] | None, t_end: float, max_events: int
 ) -> _EventSequence: ...
 def event_sequence_from(
-    system: System, state: _Floats, contact_states: _Modes, duration: float, max_events: int
+    system: System, state: _Floats, contact_modes: _Modes, duration: float, max_events: int
 ) -> _EventSequence: ...
 def follow(
     system: System,
