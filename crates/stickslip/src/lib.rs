@@ -19,7 +19,7 @@
 //!
 //! | module | one sentence |
 //! |---|---|
-//! | [`law`] | friction laws: two questions, one file a law |
+//! | [`law`] | friction laws, one file a law: its `static_limit` f_s(t_s, δ), its force during slip, and units and limits of its parameters |
 //! | [`law::declaration`] | what is known of the parameters of a law: limits, dimensions, an example |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
 //! | [`replay`] | a law along a measured motion |
@@ -29,7 +29,7 @@
 //! | module | one sentence |
 //! |---|---|
 //! | [`flow`] | motion between events: closed form, Taylor series, enclosures |
-//! | [`event`] | the certified next event |
+//! | [`event`] | the certified next event of one mass; the first root of a guard along a step of many |
 //! | [`integration`] | the motion under such laws, by the steps of a Rosenbrock method |
 //!
 //! ## Runs: `simulate/`, `network/`, `engine/`
@@ -70,7 +70,7 @@
 //!
 //! | module | one sentence |
 //! |---|---|
-//! | [`variation`] | derivatives of a motion through its events; test functions of sliding bifurcations |
+//! | [`variation`] | derivatives of a motion through its events (saltation matrices); test functions of sliding bifurcations |
 //! | [`displacement_error`] | the motion nearest to a measured one that obeys a law |
 //!
 //! ## Numbers: `arithmetic/`

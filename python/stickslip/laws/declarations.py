@@ -1,4 +1,4 @@
-"""What the core declares of every law: parameters with units and limits, and an example."""
+"""What the core declares of every law: parameters with their dimensions (units), limits, and an example."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-//! The surface f_s(t_s, δ): static friction from stick time and force rate.
+//! A form of static friction over stick time and force rate, f_s(t_s, δ), which several laws share; each law's own answer is its
+//! `static_limit`.
 
 use super::{Adhesion, Rest};
 use crate::elementary::{exp, exp_m1, power};

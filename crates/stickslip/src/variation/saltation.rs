@@ -1,4 +1,4 @@
-//! The jump of the derivative at an event: what vanishes there, and the state and memory that follow.
+//! The jump of the derivative at an event (saltation matrix): what vanishes there, and the state and memory that follow.
 
 use super::segment::{Expansion, VariedMotion};
 use super::state::{ContactMode, Ending, Flags, HIGH, LOW, Layout, Moving, Phase, STICK_TIME, line_of};

@@ -1,4 +1,4 @@
-"""Static friction f_s(t_s, δ) from the table of break-aways: one form chosen, and what is to be said of it."""
+"""Static friction f_s(t_s, δ) from the table of break-aways: the result, with the chosen form of `form_fit` and its notes."""
 
 from __future__ import annotations
 
