@@ -238,14 +238,21 @@ fn what_once_failed_is_right() {
 /// Beyond 1e30 times its start a run is left out where the engine calls it diverged, and judged where it does not.
 #[test]
 fn a_run_that_diverges_is_judged_as_long_as_it_is_known() {
-    let case = draw::polynomial(6100, 24);
+    // Friction that falls without end feeds a growing swing, in closed form beyond all numbers.
+    let case = json!({
+        "sys": {"mass": 1.0, "stiffness": 1.0, "damping": 0.0, "drive_velocity": 0.2,
+                "law": {"type": "PiecewiseLinear", "nodes": [[0.0, 1.0], [0.1, 0.84]], "break_away": 1.0}},
+        "x0": 50.0, "v0": null, "t_end": 3000.0,
+    });
     let problem = Problem::read(&case).unwrap();
     let report = run(&case, &problem).unwrap();
     assert_eq!(report.stop, "diverged");
     let verdict = judge_report(&problem, &report);
     assert!(verdict.findings.is_empty(), "{:?}", verdict.findings);
     assert!(verdict.left > 0);
-    assert!(finding(&case, |report| report.stop = "max_events").starts_with("orbit.at"));
+    let mut other = run(&case, &problem).unwrap();
+    other.stop = "max_events";
+    assert!(judge_report(&problem, &other).phases > verdict.phases);
 }
 
 #[test]

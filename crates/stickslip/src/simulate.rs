@@ -23,7 +23,7 @@ named! {
         MaxEvents = "max_events",
         /// Events followed each other with hardly any time passing.
         Accumulation = "accumulation",
-        /// The motion runs away: it grew beyond all numbers, of several masses to 1e9 times the speed of its start.
+        /// The motion runs away: it grew beyond all numbers; by Taylor steps, to 1e9 times the speed of its start.
         Diverged = "diverged",
         /// The motion is too stiff for the steps that are possible.
         Stiff = "stiff",

@@ -10,11 +10,10 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-from scipy.optimize import least_squares
 from scipy.special import chdtri
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.least_squares import acting, levenberg_marquardt, robust
+from stickslip.identification.estimator.least_squares import acting, levenberg_marquardt, minimize, robust
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.uncertainty import (
     correlation_time,
@@ -162,16 +161,9 @@ class SingleShooting:
 
         low, high = self.free.low, self.free.high
         inside = np.clip(numbers, low + 1e-9, high - 1e-9)
-        found = least_squares(
-            unlike,
-            inside,
-            bounds=(low, high),
-            loss="soft_l1",
-            f_scale=0.1,
-            diff_step=np.full(inside.size, 1e-3),
-            max_nfev=12,
-        )
-        return np.asarray(found.x)
+        alike = np.ones(inside.size)
+        found = minimize(unlike, [inside], (low, high), outlier=0.1, scale=alike, step=1e-3, evaluations=12)
+        return found.vector
 
     def lay(self, numbers: Array) -> float:
         """Least squares of the motions from these free numbers; returns the misfit.
