@@ -7,7 +7,7 @@ from stickslip import _core
 #: The criteria in their order, after a transient that is left out. They are decided in one place of the core; a measured
 #: record, where a stick is never exact, has the same words by the criteria of `stickslip.measurement.regime`.
 REGIMES = {
-    "diverged": "the motion runs away: it grew beyond all numbers, of masses or a smooth law to 1e9 times the speed of its start",
+    "diverged": "the motion runs away: it grew beyond all numbers, by Taylor steps to 1e9 times the speed of its start",
     "unfinished": "the run ended before its time: too many events or an accumulation of them, a limit, numbers out of range",
     "at_rest": "stuck throughout",
     "stick_slip": "adhesion holds and breaks, again and again",
