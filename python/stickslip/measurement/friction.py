@@ -74,6 +74,9 @@ LARGE = 0.3
 UNSEEN = 2.0
 """Break-aways are seen within so many delays of a sudden one, or there was none."""
 
+FELT = 1 / 3
+"""Of the scatter of the extensions at which masses break away: a common shift that is less is left out."""
+
 EVENT_DIMENSIONS = {"t": "time", "stick_time": "time", "force_rate": "force time^-1"}
 """Of the columns of a table of break-aways; the others are forces."""
 FACTS = ["regime", "slips", "stuck_share", "slow_share", "main_line", "main_line_error", "stiffness", "inertia"]
@@ -314,7 +317,7 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         notes.append(
             "while stuck the mass creeps by more than the noise, or its positions have an error that is smooth along the way "
             "or in time: sticks are bounded where w passes half of V, and w is measured, not set to zero, inside them; "
-            f"a sudden break-away is {delay:.2g} s earlier, which the errors of all break-aways hold"
+            f"a sudden break-away is {delay:.2g} s earlier, which the errors of break-aways hold unless they scatter by far more"
         )
     notes += [*overtaking(friction, presmoothed.rate_error), *unlike_stated_noise(friction, record, rig)]
     if sticks and (coarse := coarse_step(record.signal[weight > 0], friction.noise * o.stiffness / abs(per_reading))):
@@ -334,7 +337,11 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     if few:  # so few samples place all break-aways alike
         friction = replace(friction, late=math.hypot(friction.late, BLUR * record.step))
     if sticks and not rigid:
-        friction = replace(friction, late=math.hypot(friction.late, delay / math.sqrt(3)))
+        late = delay / math.sqrt(3)
+        levels = np.interp([stick.end for stick in sticks if stick.ends], time, presmoothed.extension)
+        # Break-aways that scatter by far more do not feel it.
+        if not levels.size or o.drive_velocity * late > FELT * float(np.std(levels)):
+            friction = replace(friction, late=math.hypot(friction.late, late))
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
     if word == "unknown":
