@@ -317,7 +317,7 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         notes.append(
             "while stuck the mass creeps by more than the noise, or its positions have an error that is smooth along the way "
             "or in time: sticks are bounded where w passes half of V, and w is measured, not set to zero, inside them; "
-            f"a sudden break-away is {delay:.2g} s earlier, which the errors of break-aways hold unless they scatter by far more"
+            f"a sudden break-away is {delay:.2g} s earlier, which the errors of break-aways hold unless they scatter far more"
         )
     notes += [*overtaking(friction, presmoothed.rate_error), *unlike_stated_noise(friction, record, rig)]
     if sticks and (coarse := coarse_step(record.signal[weight > 0], friction.noise * o.stiffness / abs(per_reading))):
