@@ -295,13 +295,15 @@ def _mode(values: Array) -> float:
     return float(grid[np.argmax(density)])
 
 
-def creeping_sticks(presmoothed: Presmoothed, flanks: Flanks, drive_velocity: float) -> list[Stick]:
-    """Sticks of a mass that creeps: from where the slip velocity has fallen to half of V to where it passes it again.
+def _creep_level(presmoothed: Presmoothed, drive_velocity: float) -> float:
+    """Slip velocity that bounds the sticks of a mass that creeps: half of V, and four sigmas where the noise asks for it."""
+    return max(CREEP_LEVEL * drive_velocity, 4 * presmoothed.rate_error)
 
-    The level is raised to four sigmas of the velocity where the noise asks for it.
-    """
+
+def creeping_sticks(presmoothed: Presmoothed, flanks: Flanks, drive_velocity: float) -> list[Stick]:
+    """Sticks of a mass that creeps: from where the slip velocity has fallen to half of V to where it passes it again."""
     slip = drive_velocity - presmoothed.rate
-    level = max(CREEP_LEVEL * drive_velocity, 4 * presmoothed.rate_error)
+    level = _creep_level(presmoothed, drive_velocity)
     slow = max(AT_REST * drive_velocity, 3 * presmoothed.rate_error)
     step = presmoothed.time[1] - presmoothed.time[0]
     acceleration = np.gradient(slip, presmoothed.time)
@@ -334,7 +336,7 @@ def creep_delay(presmoothed: Presmoothed, sticks: list[Stick], drive_velocity: f
     A mass that only seems to creep, as its positions have an error that is smooth along the way or in time, breaks away
     before the level by that much; one that creeps is said to break away there.
     """
-    level = max(CREEP_LEVEL * drive_velocity, 4 * presmoothed.rate_error)
+    level = _creep_level(presmoothed, drive_velocity)
     acceleration = np.gradient(drive_velocity - presmoothed.rate, presmoothed.time)
     at = np.searchsorted(presmoothed.time, [stick.end for stick in sticks if stick.ends])
     fastest = [float(acceleration[i : i + 3].max()) for i in at]

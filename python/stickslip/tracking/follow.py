@@ -227,16 +227,17 @@ def _unclear(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> list
         return []
     given = any(getattr(setup, name) is not None for name in ("size", "start", "region", "threshold", "level"))
     like = f"{others:.0f} other spots in a picture look like a {_describe(setup)}, the best {1 / ratio:.2g} times as much as "
-    if ratio < TEXTURE and moves and others < 3 * setup.count and not (given or setup.moving):
-        raise InputError(
-            f"{film.name}: {like}what was found, and it moves too: give start, the first place of the marker that is meant "
-            "(region or size where these tell them apart), or masses = 2 to follow both"
-        )
-    if ratio < TEXTURE and others >= 3 * setup.count and not (given or setup.moving):
-        raise InputError(
-            f"{film.name}: {like}what was found, as texture does; give size, start, region or moving, or look whether there "
-            "is a marker"
-        )
+    if ratio < TEXTURE and not (given or setup.moving):
+        if others >= 3 * setup.count:
+            raise InputError(
+                f"{film.name}: {like}what was found, as texture does; give size, start, region or moving, or look whether "
+                "there is a marker"
+            )
+        if moves:
+            raise InputError(
+                f"{film.name}: {like}what was found, and it moves too: give start, the first place of the marker that is "
+                "meant (region or size where these tell them apart), or masses = 2 to follow both"
+            )
     return [
         f"{like[0].upper()}{like[1:]}what was taken: look whether it is the marker; size, start, region or moving decide."
     ]

@@ -155,8 +155,8 @@ def look_over(system: Oscillator | System, low: float, high: float, watch: Watch
                 if isinstance(system, System):
                     _outlast(*sweep)
     if isinstance(system, System):
-        for run_looks in (sweeps[0], sweeps[2]):
-            _carry_on(system, watch, run_looks[1], speeds, sweeps)
+        for _, looks in (sweeps[0], sweeps[2]):
+            _carry_on(system, watch, looks, speeds, sweeps)
     watch("runs", count, count)
 
 

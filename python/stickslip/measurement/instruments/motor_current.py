@@ -90,12 +90,12 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     between = float(np.std(per_record, ddof=1)) if len(records) > 1 else 0.0
     best = min(mean.values(), key=lambda m: m["residual"])
     inertia, inertia_error = _inertia(table, best["delay"])
-    if inertia < -SURE * inertia_error and (best["forward_force"] + best["backward_force"]) < 0:
-        raise InputError(
-            f"{records[0].source}: the {units.inertia} comes out at {inertia:.3g} {units.mass} and friction drives the "
-            "motion: current and displacement count in opposite directions; give the column of one of them sign = -1"
-        )
     if inertia < -SURE * inertia_error:
+        if best["forward_force"] + best["backward_force"] < 0:
+            raise InputError(
+                f"{records[0].source}: the {units.inertia} comes out at {inertia:.3g} {units.mass} and friction drives the "
+                "motion: current and displacement count in opposite directions; give the column of one of them sign = -1"
+            )
         negative = (
             f"the {units.inertia} comes out at {inertia:.3g} +- {inertia_error:.2g} {units.mass}, which none can be: part of "
             "the current follows the position, as gravity on an arm or a spring makes it, and is taken for friction; take "
