@@ -116,7 +116,8 @@ def test_likeness_of_a_colour_gives_nothing_for_grey_and_other_hues():
 def film_of_points(paths):
     """Detections of points, each row of `paths` a picture."""
     return [
-        Detections.of([(x, y, 0.01, 0.01, 20, 100, 100, -1, 0, 0) for x, y in row if np.isfinite(x)]) for row in paths
+        Detections.of([(x, y, 0.01, 0.01, 20, 0.02, 100, 100, -1, 0, 0) for x, y in row if np.isfinite(x)])
+        for row in paths
     ]
 
 
@@ -176,7 +177,7 @@ def test_small_and_fast_markers_are_told_from_clutter_with_no_option_set(way, si
         film.append(
             Detections.of(
                 [
-                    (x, y, 0.05, 0.05, wide * a, high * b, high * b * wide**0.25, -1, 0, 0)
+                    (x, y, 0.05, 0.05, wide * a, 0.1, high * b, high * b * wide**0.25, -1, 0, 0)
                     for (x, y, wide, high), (a, b) in zip(rows, look, strict=True)
                 ]
             )

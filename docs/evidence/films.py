@@ -56,8 +56,9 @@ class Scene:
     Lengths are in px, times in s, brightness in grey levels. `rate` pictures a second for `seconds`; `exposure` is the share
     of a picture's time during which the shutter is open, from its stamp on, `line_time` the delay of each row after the one
     above. `dropped` and `jitter` are the share of pictures that are missing and the scatter of the others' moments in shares
-    of their distance; the stamps of the file are right. `finger` and `impostor` are seconds of a finger before the marker
-    and the contrast of a resting dot.
+    of their distance; the stamps of the file are right. `ground` is the scatter of a resting ground with texture, over
+    which the marker moves without a block. `finger` and `impostor` are seconds of a finger before the marker and the contrast
+    of a resting dot.
     """
 
     rate: float = 240.0
@@ -76,6 +77,7 @@ class Scene:
     shake: float = 0.0
     tilt: float = 0.0
     k1: float = 0.0
+    ground: float = 0.0
     finger: float = 0.0
     impostor: float = 0.0
     marks: int = 0
@@ -210,6 +212,8 @@ class Film:
         scene, moment = self.scene, START + stamp + delays
         belt = SCALE * OSCILLATOR.drive_velocity * float(moment.flat[0])
         bright = 120 + 14 * map_coordinates(self.belt, [v, u - belt], order=1, mode="grid-wrap")
+        if scene.ground:
+            bright = 205 + scene.ground * map_coordinates(self.belt, [v, u], order=1, mode="grid-wrap")
         for mark in MARKS[: scene.marks]:
             spot(bright, u, v, mark, 18, 10, 165, scene.blur)
         if scene.impostor:
@@ -222,7 +226,9 @@ class Film:
         surface: Array | float = 205.0
         if not scene.contrast:
             surface = 150 + 30 * map_coordinates(self.face, [y, x], order=3, mode="grid-wrap", prefilter=False)
-        bright[near] += block * (surface - bright[near]) - scene.contrast * disc(x, y, scene.marker / 2, scene.blur)
+        if not scene.ground:
+            bright[near] += block * (surface - bright[near])
+        bright[near] -= scene.contrast * disc(x, y, scene.marker / 2, scene.blur)
         if scene.finger and 1.0 <= stamp < 1.0 + scene.finger:  # comes from below, stays, goes
             tip = ROW + 55 * abs(2 * (stamp - 1.0) / scene.finger - 1) - 25
             bright += strip(u - 250, v - tip - 200, 30, 200, 2.0) * (135 - bright)
@@ -275,6 +281,7 @@ SCENES = {
     "shake of 1.5 px": Scene(shake=1.5, marks=2),
     "impostor that rests": Scene(impostor=185.0),
     "texture, no marker": Scene(contrast=0.0),
+    "marker over a ground with texture": Scene(ground=8.0),
 }
 
 

@@ -10,6 +10,7 @@ __all__ = [
     "BRANCHES",
     "ENDINGS",
     "KINDS",
+    "LEAST_ERROR",
     "REGIMES",
     "RESTART",
     "STOPS",
@@ -156,8 +157,9 @@ class StateSystem:
 def law_facts() -> str: ...
 
 ALIKE: float
+LEAST_ERROR: float
 _Picture = NDArray[np.uint8]
-_Spot = tuple[float, float, float, float, float, float, float, int, bool, bool]
+_Spot = tuple[float, float, float, float, float, float, float, float, int, bool, bool]
 _Known = tuple[float | None, float | None, float | None]
 
 class _Like(Protocol):

@@ -25,15 +25,19 @@ const DEPTHS: [f64; 3] = [0.5, 0.3, 0.7];
 const SAME: f64 = 0.9;
 /// Pixels of ground at least around a spot, which its contrast is over.
 const LEAST_GROUND: u32 = 12;
+/// Pixels up to which apart a ground with texture may be alike.
+const REACH: usize = 12;
+/// Smaller correlations may be those of the few pixels around a spot.
+const LEAST_CORRELATION: f64 = 0.15;
 /// Of a centre in px.
-const LEAST_ERROR: f64 = 0.005;
+pub(crate) const LEAST_ERROR: f64 = 0.005;
 /// Pixels of a line that are summed side by side.
 const LANES: usize = 16;
 
 type Picture<'a> = ArrayView2<'a, u8>;
 
-/// x, y, their errors, size, contrast, score, label, whether an edge cuts x and y off: the `Row` of `detections.py`.
-type Row = (f64, f64, f64, f64, f64, f64, f64, i64, bool, bool);
+/// x, y, their errors, size, its error, contrast, score, label, whether an edge cuts x and y off: the `Row` of `detections.py`.
+type Row = (f64, f64, f64, f64, f64, f64, f64, f64, i64, bool, bool);
 
 /// A connected part of a cut picture: the height of the cut, the number of pixels, left, top, width and height of its box.
 type Part = (f64, usize, usize, usize, usize, usize);
@@ -308,6 +312,73 @@ impl Tilt {
     }
 }
 
+/// How alike noise is in pixels beside each other: the correlation of pixels that are (x, y) apart is `share` times that of its
+/// part along rows at x times that along columns at y, from distance 1 on; without texture nothing is.
+struct Texture {
+    share: f64,
+    rows: Vec<f64>,
+    columns: Vec<f64>,
+}
+
+impl Texture {
+    /// That of what a ground is off its mean, NaN where there is none.
+    fn of(off: &Array2<f64>) -> Self {
+        let [rows, columns] = [Axis(1), Axis(0)].map(|along| {
+            let moment = |apart: usize| {
+                let (mut pairs, mut sum) = (0_u32, 0.0);
+                for line in off.lanes(along) {
+                    let products = line
+                        .iter()
+                        .zip(line.iter().skip(apart))
+                        .map(|(one, other)| one * other);
+                    for product in products.filter(|product| !product.is_nan()) {
+                        pairs += 1;
+                        sum += product;
+                    }
+                }
+                (pairs >= LEAST_GROUND).then(|| sum / f64::from(pairs))
+            };
+            let square = moment(0).unwrap_or(f64::INFINITY);
+            (1..=REACH)
+                .map_while(|apart| Some(moment(apart)? / square))
+                .take_while(|&alike| alike > LEAST_CORRELATION)
+                .collect::<Vec<f64>>()
+        });
+        // the rest is noise that no two pixels share
+        let share = [&rows, &columns]
+            .iter()
+            .filter_map(|alike| alike.first())
+            .fold(0.0, |most, &alike| alike.clamp(most, 1.0));
+        let part = |alike: Vec<f64>| alike.into_iter().map(|alike| (alike / share).min(1.0)).collect();
+        Self {
+            share,
+            rows: part(rows),
+            columns: part(columns),
+        }
+    }
+
+    /// The variance of a sum of such noise with weights, over that of one pixel.
+    fn variance(&self, weights: &Array2<f64>) -> f64 {
+        let alone = weights.iter().map(|weight| weight * weight).sum();
+        if self.share == 0.0 {
+            return alone;
+        }
+        let mut sums = weights.clone();
+        for (along, alike) in [(Axis(1), &self.rows), (Axis(0), &self.columns)] {
+            let from = sums.clone();
+            for (from, mut to) in from.lanes(along).into_iter().zip(sums.lanes_mut(along)) {
+                for (apart, &alike) in (1..).zip(alike) {
+                    for at in apart..from.len() {
+                        to[at] += alike * from[at - apart];
+                        to[at - apart] += alike * from[at];
+                    }
+                }
+            }
+        }
+        alone + self.share * ((weights * &sums).sum() - alone).max(0.0)
+    }
+}
+
 /// The spot itself; None where it has no ground or does not stand out.
 fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, black): Known) -> Option<Row> {
     let (high, wide) = picture.dim();
@@ -351,24 +422,27 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
     // what rounding to whole grey levels adds is in it
     let noise = spread.max(0.4);
     let least = (3.0 * steep * noise / contrast).min(0.1);
-    let tilt = (spread <= EVEN * contrast).then(|| Tilt::of(window, &around, count, ground, spread));
+    let tilt = (spread <= EVEN * contrast)
+        .then(|| Tilt::of(window, &around, count, ground, spread))
+        .flatten();
     let middle = level.map_or(0.5 * contrast, |level| level - ground);
     // what reflects little says little of the light
     let bright = black
         .map(|black| ground - black)
         .filter(|bright| bright.abs() > 0.5 * contrast);
+    let tilted = |x: f64, y: f64| {
+        tilt.as_ref()
+            .map_or(0.0, |tilt| tilt.down * (y - tilt.y) + tilt.right * (x - tilt.x))
+    };
     let share = |value: u8, x: f64, y: f64| {
-        let mut share = f64::from(value) - (ground + middle);
+        let off = tilted(x, y);
+        let mut share = f64::from(value) - (ground + middle) - off;
         let mut slope = steep / contrast;
-        if let Some(tilt) = tilt.as_ref().and_then(Option::as_ref) {
-            let off = tilt.down * (y - tilt.y) + tilt.right * (x - tilt.x);
-            share -= off;
-            if let Some(bright) = bright {
-                let light = off / bright;
-                slope /= 1.0 + light;
-                if level.is_none() {
-                    share -= middle * light;
-                }
+        if let Some(bright) = bright {
+            let light = off / bright;
+            slope /= 1.0 + light;
+            if level.is_none() {
+                share -= middle * light;
             }
         }
         let share = (share * slope + 0.5).clamp(0.0, 1.0);
@@ -389,14 +463,23 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
         return None;
     }
     let [xx, yy, xy] = [of.xx, of.yy, of.xy].map(|sum| sum / weight);
-    let rim = Moments::of(&shares.view(), |share| {
-        36.0 * (share * (1.0 - share)) * (share * (1.0 - share))
-    });
     let rough = JUMPS * steep * noise / (contrast * weight);
-    let error = |square: f64, sum: f64, at: f64| {
-        let spread = square + at * (at * rim.weight - 2.0 * sum);
-        (rough * spread.max(0.0).sqrt()).max(LEAST_ERROR)
+    let texture = Texture::of(&Array2::from_shape_fn(window.dim(), |at| {
+        let off = f64::from(window[at]) - ground - tilted(at.1 as f64, at.0 as f64);
+        if around[at] {
+            off.clamp(-3.0 * noise, 3.0 * noise)
+        } else {
+            f64::NAN
+        }
+    }));
+    let error = |away: &dyn Fn((usize, usize)) -> f64| {
+        let weights = Array2::from_shape_fn(window.dim(), |at| {
+            6.0 * shares[at] * (1.0 - shares[at]) * away(at)
+        });
+        rough * texture.variance(&weights).sqrt()
     };
+    let right = error(&|(_, column)| column as f64 - of.x);
+    let down = error(&|(row, _)| row as f64 - of.y);
     let determinant = (xx * yy - xy * xy).max(1e-12);
     let compact = (weight / (4.0 * PI * determinant.sqrt())).min(1.0);
     let longest = 0.5 * (xx + yy) + hypot(0.5 * (xx - yy), xy);
@@ -414,9 +497,11 @@ fn centre(picture: Picture<'_>, work: Picture<'_>, half: Part, (level, wanted, b
     Some((
         of.x + first as f64,
         of.y + above as f64,
-        error(rim.xx, rim.x, of.x),
-        error(rim.yy, rim.y, of.y),
+        right.max(LEAST_ERROR),
+        down.max(LEAST_ERROR),
         size,
+        // a size grows with the root of the sum of weights
+        0.5 * size * error(&|_| 1.0),
         contrast,
         score,
         -1,
@@ -455,7 +540,7 @@ fn spot_at(
         .min_by(|one, other| away(one).total_cmp(&away(other)))?;
     let ratio = 1.0 / ALIKE..ALIKE;
     centre(picture, work, nearest, known)
-        .filter(|row| !(row.8 || row.9) && ratio.contains(&(row.4 / like.size)))
+        .filter(|row| !(row.9 || row.10) && ratio.contains(&(row.4 / like.size)))
 }
 
 fn nearest(
@@ -489,9 +574,9 @@ fn nearest(
     for cut in cuts {
         let found = spot_at(picture, work, cut, like, position, known);
         best = found
-            .filter(|found| best.is_none_or(|best| found.6 > best.6))
+            .filter(|found| best.is_none_or(|best| found.7 > best.7))
             .or(best);
-        if best.is_some_and(|best| best.6 > SAME * like.score) {
+        if best.is_some_and(|best| best.7 > SAME * like.score) {
             break;
         }
     }

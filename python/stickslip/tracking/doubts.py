@@ -22,6 +22,12 @@ WIDEST = 1.6
 FEWEST = 30
 """Steps from which what is usual can be told."""
 
+FEW_SIZES = 10
+"""Pictures from which the scatter of a size can be told."""
+
+PLACE = 2.0
+"""Places of a marker that are so many px apart are two."""
+
 LEAP = 8.0
 """A step that is so many times longer than all but one in twenty is a leap."""
 
@@ -98,6 +104,31 @@ def scatter(positions: Array, errors: Array, times: Array) -> Array:
         return nothing
     # few of those around are independent: half way, by ratio, to that of the whole film
     return np.interp(np.arange(len(positions)), middle, np.sqrt(usual * around))
+
+
+def shown(x: Array, y: Array, size: Array, size_error: Array) -> float:
+    """How much of its noise a marker shows: the scatter of its size over the stated error of that.
+
+    The size feels the same noise at the same rim as the centre does. Texture that moves with the marker changes neither. Each
+    place of the marker counts alike, however long it rests there, and of few places more is taken than they show.
+
+    Parameters
+    ----------
+    x, y, size, size_error : shape (n,), in px; NaN where the marker was not seen.
+
+    Returns
+    -------
+    Near 1 where the error is right; inf where that cannot be told, as of few pictures.
+    """
+    seen = np.isfinite(size) & np.isfinite(size_error) & np.isfinite(x) & np.isfinite(y)
+    if seen.sum() < FEW_SIZES:
+        return math.inf
+    places = np.rint(np.stack([x[seen], y[seen]]) / PLACE)
+    _, which, counts = np.unique(places, axis=1, return_inverse=True, return_counts=True)
+    weights = 1 / counts[which.ravel()]
+    off = size[seen] - np.average(size[seen], weights=weights)
+    found = math.sqrt(np.average(off**2, weights=weights)) / float(np.median(size_error[seen]))
+    return (1 + 1 / math.sqrt(len(counts))) * found
 
 
 def hidden(size: Array) -> npt.NDArray[np.bool_]:

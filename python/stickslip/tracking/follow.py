@@ -13,8 +13,8 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.files.disk import check_writable
 from stickslip.tracking.bodies import rigid_body
-from stickslip.tracking.doubts import FEWEST, TEXTURE, clearness, hidden, remarks, scatter
-from stickslip.tracking.finding.blobs import ALIKE
+from stickslip.tracking.doubts import FEWEST, TEXTURE, clearness, hidden, remarks, scatter, shown
+from stickslip.tracking.finding.blobs import ALIKE, LEAST_ERROR
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.finding.response_map import response_map
@@ -312,7 +312,7 @@ def _whole(find: Callable[[Picture], Detections]) -> Finder:
 def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: list[str]) -> xr.Dataset:
     shape = len(seen.times), len(tracks)
     x, y, x_error, y_error = (np.full(shape, np.nan) for _ in range(4))
-    size = np.full(shape, np.nan)
+    size, size_error = np.full(shape, np.nan), np.full(shape, np.nan)
     lost = np.full(shape, "", dtype=object)
     times = np.array(seen.times)
     for mass, marker in enumerate(tracks):
@@ -321,7 +321,7 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
             found = seen.pictures[frame]
             x[frame, mass], y[frame, mass] = found.x[position], found.y[position]
             x_error[frame, mass], y_error[frame, mass] = found.x_error[position], found.y_error[position]
-            size[frame, mass] = found.size[position]
+            size[frame, mass], size_error[frame, mass] = found.size[position], found.size_error[position]
             cut = [name for name, off in (("x", found.cut_x[position]), ("y", found.cut_y[position])) if off]
             lost[frame, mass] = " and ".join(cut) + CUT if cut else ""
         if not np.isin(lost[:, mass], ["", *(axis + CUT for axis in "xy")]).any():
@@ -331,6 +331,10 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
             )
         if setup.finder == "blob":
             _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])
+            # texture that moves with the marker is no noise
+            moves_by = min(1.0, shown(x[:, mass], y[:, mass], size[:, mass], size_error[:, mass]))
+            for error in (x_error[:, mass], y_error[:, mass]):
+                error[:] = np.maximum(moves_by * error, LEAST_ERROR)
         doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])
     if setup.reference:  # before the scatter is judged, which is the camera's until then
         doubts.append(_steady(setup.reference, x, y, x_error, y_error, lost))

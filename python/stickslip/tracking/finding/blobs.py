@@ -21,6 +21,9 @@ LEAST_LEVELS = 3
 ALIKE = _core.ALIKE
 """Diameters of one spot in successive pictures differ by less than this factor."""
 
+LEAST_ERROR = _core.LEAST_ERROR
+"""Standard error of a centre at least, in px."""
+
 FINE = 8.0
 """Outlines are looked for in steps of this part of a diameter, where that is known: blurred by as much, they hold no more."""
 
@@ -62,8 +65,9 @@ def find_blobs(
         x_c = Σ x_i g_i / Σ g_i,   g = u² (3 − 2u),   u_i = clip(½ + s ((I_i − ground_i)/c_i − ½), 0, 1)
 
     with c = crown − ground, and s = 1 up to 16 px of diameter and 1.5 from 24 px on (then only the rim is weighed, not the
-    face's texture). Its standard error is that of the picture's noise σ around the blob,
-    σ_x = s σ/c √Σ(g′(u_i) (x_i − x_c))² / Σ g_i. With u as weight, centres
+    face's texture). Its standard error is that of the picture's noise around the blob, of standard deviation σ and of
+    correlation ρ_ij between two pixels (a ground with texture is alike from pixel to pixel, the noise of a camera is not),
+    σ_x = s σ/c √(Σ_ij q_i q_j ρ_ij) / Σ g_i, q_i = g′(u_i) (x_i − x_c). With u as weight, centres
     depend on how the rim lies between the pixels: by 0.003 to 0.015 px for s = 1.67 to 2.
 
     Parameters

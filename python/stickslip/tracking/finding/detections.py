@@ -20,6 +20,7 @@ class Row(NamedTuple):
     x_error: float
     y_error: float
     size: float
+    size_error: float
     contrast: float
     score: float
     label: int = -1
@@ -40,6 +41,7 @@ class Detections:
     x, y : centres, x to the right, y downwards.
     x_error, y_error : standard errors of the centres from the picture's noise.
     size : diameter of a disc of the same area.
+    size_error : its standard error from the picture's noise; NaN where the finder does not know it.
     contrast : how far the marker stands out: grey levels for blobs, correlation for templates.
     score : how much it looks like a marker; only for choosing between candidates.
     label : identity that the marker itself carries, else -1.
@@ -51,6 +53,7 @@ class Detections:
     x_error: Array
     y_error: Array
     size: Array
+    size_error: Array
     contrast: Array
     score: Array
     label: npt.NDArray[np.int64]
@@ -64,8 +67,8 @@ class Detections:
     def of(cls, rows: Sequence[tuple[float, ...]]) -> Detections:
         """From rows of the attributes in their order."""
         table = np.array(rows, float).reshape(-1, len(fields(cls)))
-        x, y, x_error, y_error, size, contrast, score, label, cut_x, cut_y = table.T.copy()
-        return cls(x, y, x_error, y_error, size, contrast, score, label.astype(np.int64), cut_x > 0, cut_y > 0)
+        *numbers, label, cut_x, cut_y = table.T.copy()
+        return cls(*numbers, label.astype(np.int64), cut_x > 0, cut_y > 0)
 
     def rows(self) -> list[Row]:
         """One by one."""

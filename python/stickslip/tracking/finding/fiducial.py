@@ -41,7 +41,7 @@ def find_fiducials(picture: Picture, dictionary: str, ids: tuple[int, ...] | Non
         # half of four corners' mean: each diagonal's crossing averages its two ends
         error = CORNER_ERROR / 2
         side = math.sqrt(abs(float(cv2.contourArea(quad.reshape(4, 2)))))
-        rows.append((*centre, error, error, side, 100.0, 100.0, int(marker), 0, 0))
+        rows.append((*centre, error, error, side, math.nan, 100.0, 100.0, int(marker), 0, 0))
     return Detections.of(rows)
 
 

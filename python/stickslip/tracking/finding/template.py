@@ -51,5 +51,7 @@ def find_templates(picture: ResponseMap, templates: list[Subset]) -> Detections:
             if fit is None:
                 continue
             errors = (max(error, LEAST_ERROR) for error in (fit.x_error, fit.y_error))
-            rows.append((fit.x, fit.y, *errors, math.sqrt(high * wide), 100 * best, 100 * best**2, label, 0, 0))
+            rows.append(
+                (fit.x, fit.y, *errors, math.sqrt(high * wide), math.nan, 100 * best, 100 * best**2, label, 0, 0)
+            )
     return Detections.of(rows)
