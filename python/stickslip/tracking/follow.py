@@ -89,11 +89,11 @@ def track(
       at one pair of edges keeps the coordinate along them;
     * ``x_px``, ``y_px``: the places in the picture, and the coordinate ``frame``, the picture's number.
 
-    The errors are those of the picture's noise at each point (a ground with texture counts as noise where it passes by the
-    marker, and not where it moves along with it, which the size of the marker tells), or the scatter from picture to picture where that is more (as
+    The errors are those of the picture's noise at each point, or the scatter from picture to picture where that is more (as
     by compression); what stays for longer than some pictures is in them as far as a factor of 1.15, and of 1.6 for strongly
-    compressed films, holds it. A wrong scale is not in them:
-    ``scale_error`` in the attributes says how well that is known.
+    compressed films, holds it. A ground with texture counts as noise where it passes by the marker, and not where it moves
+    along with it, which the size of the marker tells. A wrong scale is not in them: ``scale_error`` in the attributes says
+    how well that is known.
 
     Raises
     ------

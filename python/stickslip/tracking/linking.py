@@ -6,8 +6,11 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import Detections, Row
+from stickslip.tracking.finding.detections import Array, Detections, Row
+
+Indices = npt.NDArray[np.int64]
 
 Rows = list[list[Row]]
 """The detections of each picture."""
@@ -26,6 +29,9 @@ RIVAL = 1 / CLEAR
 
 RESTS = 0.1
 """What moves by less than this share of another spot's motion rests beside it."""
+
+FRESH = 3
+"""Pictures after which a track that was missed is not expected ahead any more, and must prove itself."""
 
 PATIENCE = 5
 """A track seen less often than this dies when it is missed three times; longer ones wait for their marker."""
@@ -116,9 +122,11 @@ class Limits:
         return cls(reach, *(min(float(one), most) for one, most in zip(found, (cls.size, cls.contrast), strict=True)))
 
 
-def _apart(one: float, other: float) -> float:
-    """Distance of two logarithms."""
-    return abs(math.log(one / other)) if one > 0 and other > 0 else math.inf
+def _apart(one: npt.ArrayLike, other: npt.ArrayLike) -> Array:
+    """Distance of two logarithms; inf where a number is not positive."""
+    one, other = np.broadcast_arrays(np.asarray(one, float), np.asarray(other, float))
+    ratio = np.divide(one, other, out=np.full(one.shape, math.inf), where=(one > 0) & (other > 0))
+    return np.asarray(np.abs(np.log(ratio)))
 
 
 def find_markers(
@@ -208,7 +216,7 @@ def link(film: Rows, limits: Limits) -> list[Track]:
                 track = Track()
                 track.add(frame, index, row)
                 alive.append(track)
-        over = [len(track.frames) < PATIENCE and frame - track.frames[-1] >= 3 for track in alive]
+        over = [len(track.frames) < PATIENCE and frame - track.frames[-1] >= FRESH for track in alive]
         gone += [track for track, ended in zip(alive, over, strict=True) if ended]
         alive = [track for track, ended in zip(alive, over, strict=True) if not ended]
     return gone + alive
@@ -216,55 +224,55 @@ def link(film: Rows, limits: Limits) -> list[Track]:
 
 def _pairs(tracks: list[Track], rows: list[Row], frame: int, limits: Limits) -> list[tuple[int, int]]:
     """Which track goes on with which detection, by numbers."""
-    gaps = [frame - track.frames[-1] for track in tracks]
+    if not (tracks and rows):
+        return []
+    gap = np.array([frame - track.frames[-1] for track in tracks])
+    known = np.array([(t.x, t.y, t.vx, t.vy, t.size, t.contrast, t.label, t.flies) for t in tracks], float)
+    track_x, track_y, vx, vy, size, contrast, own, flies = known.T
     # after a few missed pictures the last velocity says nothing any more
-    aheads = [gap if gap <= 3 else 0 for gap in gaps]
-    steps = [0.5 * ahead * math.hypot(track.vx, track.vy) for ahead, track in zip(aheads, tracks, strict=True)]
-    reaches = [limits.reach * min(1 + 0.25 * (gap - 1), 2.0) for gap in gaps]
+    ahead = np.where(gap <= FRESH, gap, 0)
+    step = 0.5 * ahead * np.hypot(vx, vy)
+    reach = limits.reach * np.minimum(1 + 0.25 * (gap - 1), 2.0)
     # how clearly a track has been seen: a marker must not give way to passing clutter
-    seen = [len(track.frames) for track in tracks]
-    weights = [track.score / n * (0.3 if n < PATIENCE else 1.0) for track, n in zip(tracks, seen, strict=True)]
-    alone = [1.15 * weight for weight in weights]  # what it costs to leave it waiting
-    x, y, label = np.array([(row.x, row.y, row.label) for row in rows]).reshape(-1, 3).T
-    at = np.array([(track.x, track.y, track.label) for track in tracks]).reshape(-1, 3)
-    far = np.array(reaches) + 2 * np.array(steps)
-    here_x, here_y, own, far = (column[:, None] for column in (*at.T, far))
-    near = (label == own) & (label >= 0) | (label < 0) & (own < 0) & (abs(x - here_x) <= far) & (abs(y - here_y) <= far)
-    possible: list[tuple[int, int, float]] = []
-    for number, index in np.argwhere(near).tolist():
-        track, row, gap = tracks[number], rows[index], gaps[number]
-        step, reach, labelled = steps[number], reaches[number], track.label >= 0
-        there_x, there_y = track.x + aheads[number] * track.vx, track.y + aheads[number] * track.vy
-        here = math.hypot(row.x - track.x, row.y - track.y)
-        there = math.hypot(row.x - there_x, row.y - there_y)
-        # what flies is expected ahead, what jumps back and forth where it was; the other costs half the last step more
-        cost = min(here + step, there) if track.flies else min(here, there + step)
-        cut, fresh = row.cut_x or row.cut_y, gap <= 3
-        size, contrast = _apart(row.size, track.size), _apart(row.contrast, track.contrast)
-        # a marker that was away for longer must prove itself: noise comes by all the time
-        patience = 1.0 if fresh else 0.6
-        alike = (size < patience * limits.size and contrast < patience * limits.contrast) or (cut and fresh)
-        if not labelled and (cost > reach or not alike):
-            continue
-        # of two candidates at one place the one that looks like before
-        if not cut:
-            cost += 2.0 * min(gap, 4) * track.size * (size + contrast)
-        cost *= weights[number] / reach
-        possible.append((number, index, min(cost, 0.5 * alone[number]) if labelled else cost))
-    return _least(possible, alone, len(rows))
+    seen = np.array([len(track.frames) for track in tracks])
+    weight = np.array([track.score for track in tracks]) / seen * np.where(seen < PATIENCE, 0.3, 1.0)
+    alone = 1.15 * weight  # what it costs to leave it waiting
+    found = np.array([(row.x, row.y, row.size, row.contrast, row.label, row.cut_x or row.cut_y) for row in rows], float)
+    x, y, row_size, row_contrast, label, cut = found.T
+    far = (reach + 2 * step)[:, None]
+    same = (label == own[:, None]) & (label >= 0) | (label < 0) & (own[:, None] < 0)
+    number, index = np.nonzero(same & (abs(x - track_x[:, None]) <= far) & (abs(y - track_y[:, None]) <= far))
+    away_x, away_y = x[index] - track_x[number], y[index] - track_y[number]
+    here = np.hypot(away_x, away_y)
+    there = np.hypot(away_x - (ahead * vx)[number], away_y - (ahead * vy)[number])
+    # what flies is expected ahead, what jumps back and forth where it was; the other costs half the last step more
+    cost = np.where(flies[number] > 0, np.minimum(here + step[number], there), np.minimum(here, there + step[number]))
+    fresh = gap[number] <= FRESH
+    unlike = _apart(row_size[index], size[number]), _apart(row_contrast[index], contrast[number])
+    # a marker that was away for longer must prove itself: noise comes by all the time
+    patience = np.where(fresh, 1.0, 0.6)
+    alike = (unlike[0] < patience * limits.size) & (unlike[1] < patience * limits.contrast)
+    cut = cut[index] > 0
+    labelled = own[number] >= 0
+    possible = labelled | (cost <= reach[number]) & (alike | cut & fresh)
+    # of two candidates at one place the one that looks like before
+    cost += np.where(cut, 0.0, 2.0 * np.minimum(gap, 4)[number] * size[number] * sum(unlike))
+    cost *= (weight / reach)[number]
+    cost = np.where(labelled, np.minimum(cost, 0.5 * alone[number]), cost)
+    return _least(number[possible], index[possible], cost[possible], alone, len(rows))
 
 
-def _least(possible: list[tuple[int, int, float]], alone: list[float], count: int) -> list[tuple[int, int]]:
-    """Of the possible pairs (track, detection, cost) those of the least sum, with what each track costs without one."""
-    if len({pair[0] for pair in possible}) == len({pair[1] for pair in possible}) == len(possible):
-        return [(track, index) for track, index, cost in possible if cost < alone[track]]
+def _least(number: Indices, index: Indices, cost: Array, alone: Array, count: int) -> list[tuple[int, int]]:
+    """Of the possible pairs (track, detection) those of the least sum, with what each track costs without one."""
+    if len(set(number.tolist())) == len(set(index.tolist())) == len(number):
+        kept = cost < alone[number]
+        return list(zip(number[kept].tolist(), index[kept].tolist(), strict=True))
     from scipy.optimize import linear_sum_assignment
 
     # a column more for each track, that leaves it waiting
     costs = np.full((len(alone), count + len(alone)), np.inf)
     costs[np.arange(len(alone)), count + np.arange(len(alone))] = alone
-    for track, index, cost in possible:
-        costs[track, index] = cost
+    costs[number, index] = cost
     pairs = zip(*linear_sum_assignment(costs), strict=True)
     return [(int(track), int(index)) for track, index in pairs if index < count]
 

@@ -67,8 +67,8 @@ class Detections:
     def of(cls, rows: Sequence[tuple[float, ...]]) -> Detections:
         """From rows of the attributes in their order."""
         table = np.array(rows, float).reshape(-1, len(fields(cls)))
-        *numbers, label, cut_x, cut_y = table.T.copy()
-        return cls(*numbers, label.astype(np.int64), cut_x > 0, cut_y > 0)
+        types = (np.float64,) * (len(fields(cls)) - 3) + (np.int64, np.bool_, np.bool_)
+        return cls(*(column.astype(kind) for column, kind in zip(table.T, types, strict=True)))
 
     def rows(self) -> list[Row]:
         """One by one."""
