@@ -48,6 +48,9 @@ PERSISTS = 1.15
 COPIED = 1.6
 """The same where pictures are coded as differences: what rests or moves on is copied from one to the next, errors too."""
 
+UNSEEN = 2.5
+"""By so much at most errors are larger there because the size of the marker scatters: that of a small one always does."""
+
 STRANGERS = 0.05
 """A track of which so many sightings are of another size than the markers usually have is doubtful."""
 
@@ -316,6 +319,7 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
     size, size_error = np.full(shape, np.nan), np.full(shape, np.nan)
     lost = np.full(shape, "", dtype=object)
     times = np.array(seen.times)
+    copied = film.copied
     for mass, marker in enumerate(tracks):
         lost[:, mass] = _reasons(marker, seen)
         for frame, position in zip(marker.frames, marker.indices, strict=True):
@@ -332,14 +336,13 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
             )
         if setup.finder == "blob":
             _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])
-            # texture that moves with the marker is no noise
-            moves_by = min(1.0, shown(x[:, mass], y[:, mass], size[:, mass], size_error[:, mass]))
+            # texture that moves with the marker is no noise; what is copied from picture to picture scatters only in the size
+            moves_by = min(UNSEEN if copied else 1.0, shown(x[:, mass], y[:, mass], size[:, mass], size_error[:, mass]))
             for error in (x_error[:, mass], y_error[:, mass]):
                 error[:] = np.maximum(moves_by * error, LEAST_ERROR)
         doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])
     if setup.reference:  # before the scatter is judged, which is the camera's until then
         doubts.append(_steady(setup.reference, x, y, x_error, y_error, lost))
-    copied = film.copied
     for mass in range(shape[1]):
         if mass not in (setup.reference or ()):
             axes = (x[:, mass], x_error[:, mass]), (y[:, mass], y_error[:, mass])
@@ -456,12 +459,19 @@ def _widen(mass: int, times: Array, copied: bool, *axes: tuple[Array, Array]) ->
     given = []
     for (position, error), around, own, name in zip(axes, found, usual, "xy", strict=True):
         least = 1 + UNEXPLAINED / math.sqrt(max(np.isfinite(position).sum(), 1))
-        most: Array | float = max((one for one in usual if one > least), default=0.0) if copied else 0.0
         if own > least:
             stated = float(np.nanmedian(error))
             given.append(f"{name} {own * stated:.2g} px where the noise explains {stated:.2g}")
-            most = np.fmax(around, most)
-        error *= np.maximum(1, (COPIED if copied else PERSISTS) * most)
+        if copied:
+            error *= np.fmax(1, COPIED * np.fmax(around, np.fmax(usual[0], usual[1])))
+        elif own > least:
+            error *= np.fmax(1, PERSISTS * around)
+    if copied:
+        larger = " and ".join(f"{float(np.nanmedian(error)):.2g}" for _, error in axes)
+        return [
+            f"Mass {mass}: the film is strongly compressed, which copies errors from picture to picture. Those of x and y, "
+            f"{larger} px, are told from the scatter of its places and its size; they hold nothing that stays for longer."
+        ]
     if not given:
         return []
     return [
