@@ -39,7 +39,7 @@ from stickslip.measurement.instruments.instrument import noted, same_samples
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import LEAST_SAMPLES, Record, as_record
 from stickslip.measurement.recalibration import Draft, another_drive_velocity, most_mistaken, recalibrated, rigid_sticks
-from stickslip.measurement.regime import intermittence, regime, slow_share, undecided
+from stickslip.measurement.regime import intermittence, nearly_sticks, regime, slow_share, undecided
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
@@ -298,11 +298,11 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         slope = stick_slope(time, x, weight, flanks, presmoothed, o.drive_velocity)
     stated = replace(stated, flanks=flanks, rigid=rigid)
     draft, why = (stated, []) if slope is None else recalibrated(stated, slope, trial, rig)
-    friction, sticks, slow, word = _fitted(draft)
+    friction, sticks, (slow, slow_error), word = _fitted(draft)
     if word != "stick_slip" and (sticks or draft is not stated):
         # What is not surely stick-slip has no sticks, and so nothing by which to correct the rig.
         why = [] if draft is not stated else why
-        friction, sticks, slow, _ = _fitted(stated, sticking=False)
+        friction, sticks, (slow, slow_error), _ = _fitted(stated, sticking=False)
     if not sticks:
         why = [*another_drive_velocity(stated, rig), *why]
     if shaken is not None:
@@ -345,7 +345,11 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     if word == "stick_slip" and (missed := intermittence(slow, rigid, len(sticks), len(flanks.limits))):
         notes.append(missed)
     if word == "unknown":
-        notes.append(undecided(slow, presmoothed.rate_error / o.drive_velocity))
+        notes.append(
+            undecided(slow, slow_error, presmoothed.rate_error / o.drive_velocity, own_period(o) / record.step)
+        )
+    if word == "almost_harmonic" and not sticks:
+        notes += nearly_sticks(slow, own_period(o) / record.step)
     line = draft.line(friction.slip_acceleration)
     # the pull of other masses has its own lines; of steady slip there is noise
     if alone and word not in ("stable_slip", "at_rest"):
@@ -448,8 +452,8 @@ def _pieces(draft: Draft, sticks: list[Stick]) -> PiecewiseFit:
     )
 
 
-def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick], float, str]:
-    """Friction of a draft, its sticks (none where it is not `sticking`), the share of slow time and the kind of motion."""
+def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick], tuple[float, float], str]:
+    """Friction of a draft, its sticks (none where not `sticking`), the share of slow time, its error, the kind of motion."""
     o, presmoothed, flanks = draft.oscillator, draft.presmoothed, draft.flanks
     if sticking and draft.rigid:
         sticks, fit, soft = _rigid_fit(draft)
@@ -471,7 +475,7 @@ def _fitted(draft: Draft, sticking: bool = True) -> tuple[Friction, list[Stick],
     slow = slow_share(friction.slip_velocity, o.drive_velocity, draft.noise, draft.step, lasting)
     seen = presmoothed.rate_error / o.drive_velocity
     word = regime(friction.slip_velocity, o.drive_velocity, *slow, seen, draft.rigid, len(sticks), len(flanks.limits))
-    return friction, sticks, slow[0], word
+    return friction, sticks, slow, word
 
 
 def _hidden(draft: Draft) -> list[tuple[float, float]]:

@@ -18,6 +18,9 @@ STEADY = 0.1
 LINGERS = 0.25
 """A sine that just touches w = 0 is slow for 20 % of the time: a creeping motion that is slow for longer than this lingers
 there, and is stick-slip."""
+TOUCHES = 0.2
+NEARLY = 0.9
+"""A sine that just touches w = 0 is slow for so much of the time; what is slow for that share of it may touch it."""
 NEVER_SLIPS = 0.99
 """Share of slow time from which on a steady motion is none: the mass rests on the drive."""
 BLURRED = 0.5
@@ -78,8 +81,8 @@ def regime(
     - where sticks are exact (`rigid`): ``stick_slip`` if more than one in five cycles sticks, else ``almost_harmonic``;
     - where the mass creeps: ``stick_slip``, be it fast, if it sticks and |w| < 0.2 V for at least 25 % of the time, else
       ``almost_harmonic``;
-    - ``unknown`` where that share is not told apart from 25 % by its own error, or where nothing is seen to stick and the
-      slip velocity is known so poorly that short sticks would not be seen.
+    - ``unknown`` where that share is not told apart from 25 % by its own error, where it is more and yet nothing is seen to
+      stick, or where nothing is and the slip velocity is known so poorly that short sticks would not be seen.
 
     Parameters
     ----------
@@ -91,9 +94,11 @@ def regime(
     sticks, cycles : how many cycles stick, and how many there are.
     """
     if rigid:
-        lingers, known = sticks > 0.2 * cycles, True
+        lingers = sticks > 0.2 * cycles
+        known = lingers or slow < LINGERS + slow_error or slow > NEVER_SLIPS
     else:
-        lingers, known = sticks > 0 and slow > LINGERS, not sticks or abs(slow - LINGERS) > slow_error
+        lingers = sticks > 0 and slow > LINGERS
+        known = abs(slow - LINGERS) > slow_error if sticks else slow < LINGERS + slow_error or slow > NEVER_SLIPS
     if lingers and known and float(np.std(slip_velocity)) >= STEADY * drive_velocity:
         return "stick_slip"
     if not known or blur > BLURRED:
@@ -133,9 +138,38 @@ def regime_of_slip(slip_velocity: Array, stuck_share: float, sticks: bool, level
     return "reversing_slip" if (w > level).any() and (w < -level).any() else "almost_harmonic"
 
 
-def undecided(slow: float, blur: float) -> str:
-    """The sentence to the kind ``unknown``; the arguments are those of `regime`."""
-    if blur > BLURRED:
+def nearly_sticks(slow: float, per_period: float) -> list[str]:
+    """What to say where nothing is seen to stick, and the mass is slow for about as long as one that just comes to rest.
+
+    Parameters
+    ----------
+    slow : share of the time with |w| < 0.2 V.
+    per_period : samples in a period of the free mass.
+    """
+    if slow < NEARLY * TOUCHES:
+        return []
+    touches = f"{100 * TOUCHES:.0f} % where a sine just touches w = 0"
+    return [
+        f"no stick is seen, and |w| < {SLOW_LEVEL:g} V for {100 * slow:.0f} % of the time ({touches}): {_hides(per_period)}"
+    ]
+
+
+def _hides(per_period: float) -> str:
+    return (
+        f"{per_period:.0f} samples in a period of the free mass, a low-pass ahead of the converter or an uneven drive may "
+        "hide sticks, and friction at low slip speed is then not as stated; 60 samples a period without a filter, or a lower "
+        "drive velocity, tell"
+    )
+
+
+def undecided(slow: float, slow_error: float, blur: float, per_period: float) -> str:
+    """The sentence to the kind ``unknown``; the arguments are those of `regime` and `nearly_sticks`."""
+    if slow > LINGERS + slow_error:
+        why = (
+            f"|w| < {SLOW_LEVEL:g} V for {100 * slow:.0f} % of the time, as in stick-slip, but hardly a cycle is seen to "
+            f"stick: {_hides(per_period)}"
+        )
+    elif blur > BLURRED:
         why = f"the slip velocity is known to {blur:.2g} V only, so short sticks would not be seen"
     else:
         why = f"|w| < {SLOW_LEVEL:g} V for {100 * slow:.0f} % of the time, too near the {100 * LINGERS:.0f} % of stick-slip"

@@ -443,7 +443,7 @@ class _OneStick:
 
     def _positions(self, at: float, free: bool, lowest: float, highest: float, early: float) -> Array:
         a, b = max(at - self.span - early, lowest), min(at + self.span, highest)
-        if not free or b <= a:
+        if not free or b - a < FINEST * self.model.step:
             return np.array([at])
         return np.linspace(a, b, max(math.ceil((b - a) / self.model.step), 2) + 1)
 
