@@ -108,6 +108,17 @@ class FrictionRecord(InNotebook):
         """Sampling interval."""
         return float(np.median(np.diff(self.time)))
 
+    def force_rates(self) -> pd.Series:
+        """How fast each stick was loaded.
+
+        Where the mass creeps, the measured rates fall short of k V by its own creep, most in the shortest sticks; that is no
+        rate at which it was loaded, and all are k V.
+        """
+        rates = self.break_away["force_rate"]
+        if self.attrs.get("creeps") and {"stiffness", "drive_velocity"} <= set(self.constants):
+            return pd.Series(self.constants["stiffness"] * self.constants["drive_velocity"], index=rates.index)
+        return rates
+
     def own_slip(self) -> list[tuple[int, int] | None]:
         """For each break-away the slip that follows it, or None where the record holds none."""
         slips = self.slips

@@ -53,7 +53,8 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
             drop = o.stiffness * (float(np.interp(stick.end, time, friction.extension)) - friction.extension[b:c].min())
         stick_time = stick.end + release.later - stick.start if stick.starts else float("nan")
         extra, extra_rate = friction.added.get(stick.end, (0.0, 0.0))
-        shared = math.hypot(known_rate * friction.late, friction.common)
+        # the drive loads a stick that late, also where what creeps rises more slowly
+        shared = math.hypot(o.stiffness * o.drive_velocity * friction.late, friction.common)
         force_error = math.hypot(release.force_error, extra_rate * release.error, shared)
         rows.append(
             [

@@ -105,7 +105,8 @@ class Problem:
         if isinstance(self.law, StateLaw) or (isinstance(self.law, Coulomb) and not self.every_row):
             return pd.DataFrame()
         record = motion.record
-        table = record.break_away.assign(slip=pd.Series(record.own_slip(), dtype=object))
+        slips = pd.Series(record.own_slip(), dtype=object)
+        table = record.break_away.assign(slip=slips, force_rate=record.force_rates())
         table = table[table["stick_time"].notna() & (table["stick_time"] > 0)]
         if self.relative:
             table = table[table["slip"].notna()]

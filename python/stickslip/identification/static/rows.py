@@ -21,16 +21,10 @@ LONGER = 1.1
 
 
 def break_away_rows(records: list[FrictionRecord]) -> pd.DataFrame:
-    """All break-aways with a known stick time, with its `record`, and `level` (kinetic force) and `sense` of its slip.
-
-    Where the mass creeps, its force rates fall short of k V by its own creep, most in the shortest sticks; that is no rate at
-    which it was loaded, and they are given as k V.
-    """
+    """All break-aways with a known stick time, with its `record`, and `level` (kinetic force) and `sense` of its slip."""
     frames = []
     for number, record in enumerate(records):
-        table = record.break_away.copy()
-        if record.attrs.get("creeps") and {"stiffness", "drive_velocity"} <= set(record.constants):
-            table["force_rate"] = record.constants["stiffness"] * record.constants["drive_velocity"]
+        table = record.break_away.assign(force_rate=record.force_rates())
         slips = record.own_slip()
         table["record"] = number
         table["late"] = record.constants.get("late", 0.0)
