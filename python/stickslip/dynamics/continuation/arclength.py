@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.conditions import determinant, gradient
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, with_number
-from stickslip.dynamics.periodic.poincare_map import Lost, Return, inconsistency, moved, return_of, size_of
+from stickslip.dynamics.periodic.newton import Lost, newton
+from stickslip.dynamics.periodic.poincare_map import Return, inconsistency, moved, multipliers_of, return_of, size_of
 from stickslip.errors import InputError
 
-#: Newton's method is given up where so many rounds do not halve its smallest step.
-_PATIENCE = 7
+#: The largest step of Newton's method, in sizes of the motion and the parameters, and the most rounds of it.
+_REACH, _ROUNDS = 0.3, 25
+#: Below this a step is rounding, and below the other where rounding holds it up.
+_EXACT, _HELD_UP = 1e-14, 1e-8
 
 
 class Label(NamedTuple):
@@ -62,6 +65,11 @@ class Point:
     values: Floats
     direction: Floats
     boundary: Condition | None = None
+
+    @property
+    def nontrivial(self) -> NDArray[np.complex128]:
+        """The multipliers but the 1 of an autonomous cycle."""
+        return multipliers_of(self.here)[0 if self.here.forcing_periods else 1 :]
 
 
 def axis(sequence: EventSequence) -> Floats:
@@ -144,7 +152,6 @@ def corrected(
     values: Floats,
     direction: Floats | None,
     boundary: Condition | None = None,
-    rounds: int = 25,
 ) -> Point:
     """Newton's method: across `direction`, or, where there are as many unknowns as equations, as it is.
 
@@ -153,55 +160,38 @@ def corrected(
     Lost
         where it does not converge.
     """
-    values = np.asarray(values, float).copy()
-    best, stalled, halved = np.inf, 0, 0
-    last: tuple[Return, Floats, Floats, Floats] | None = None
-    course: list[float] = []
-    for _ in range(rounds):
-        try:
-            here, residual, jacobian, written = evaluate(sequence, forcing_periods, family, values, boundary)
-        except Lost:
-            # A step too far: half of it.
-            if last is None or halved > 8:
-                raise
-            halved += 1
-            here, step, values, written = last[0], np.asarray(last[1] / 2, float), last[2], last[3]
-            last = (here, step, values, written)
-            sequence, values = _moved(here, step, values, written)
-            continue
+
+    def at(unknowns: tuple[EventSequence, Floats]) -> tuple[tuple[Return, Floats, Floats, Floats], Floats, float]:
+        sequence, values = unknowns
+        here, residual, jacobian, written = evaluate(sequence, forcing_periods, family, values, boundary)
         scales = _scales(here, family, values)
         matrix, right = jacobian * scales, -residual
         if direction is not None:
             matrix = np.vstack([matrix, direction[_columns(here, family)]])
             right = np.append(right, 0.0)
         step = np.linalg.lstsq(matrix, right, rcond=1e-14)[0]
-        error = float(np.abs(step).max(initial=0.0))
-        if not np.isfinite(error):
+        return (here, values, jacobian, written), step * scales, float(np.abs(step).max(initial=0.0))
+
+    small = 0
+    for done in newton(at, _moved, (sequence, np.asarray(values, float)), _REACH, _ROUNDS):
+        here, values, jacobian, _ = done.here
+        small += done.converged(_EXACT, _HELD_UP)
+        if small and (here.settled or small > 2):
+            return Point(here, values, tangent(here, jacobian, family, values, direction), boundary)
+        if not np.isfinite(done.error) or done.idle:
             break
-        settled = np.array_equal(here.end[here.fixed], here.sequence.start[here.fixed])
-        if error < 1e-14 or (error < 1e-8 and error >= 0.25 * best):
-            stalled += 1
-            if settled or stalled > 2:
-                along = tangent(here, jacobian, family, values, direction)
-                return Point(here, values, along, boundary)
-        best = min(best, error)
-        course.append(best)
-        if len(course) > _PATIENCE and best > 0.5 * course[-1 - _PATIENCE]:
-            break
-        step = np.asarray(step * scales * min(1.0, 0.3 / max(error, 1e-300)), float)
-        last, halved = (here, step, values, written), 0
-        sequence, values = _moved(here, step, values, written)
-    raise Lost(f"Newton's method does not converge, last step {best:.1e}")
+    raise Lost(f"Newton's method does not converge, last step {done.error:.1e}")
 
 
-def _moved(here: Return, step: Floats, values: Floats, written: Floats) -> tuple[EventSequence, Floats]:
+def _moved(found: tuple[Return, Floats, Floats, Floats], step: Floats) -> tuple[EventSequence, Floats]:
+    here, values, _, written = found
     count = len(here.coordinates)
     sequence = moved(here, step[:count])
     sequence.start[here.fixed] += written @ step[count:]
     return sequence, values + step[count:]
 
 
-def stepped(point: Point, forcing_periods: int, family: Family, step: float) -> Point:
+def stepped(point: Point, family: Family, step: float) -> Point:
     """The next point of the curve, `step` along its direction, with the same event sequence."""
     here = point.here
     scales = np.ones(len(point.direction))
@@ -210,7 +200,7 @@ def stepped(point: Point, forcing_periods: int, family: Family, step: float) -> 
     sequence = moved(here, leap[here.coordinates])
     values = point.values + leap[here.sequence.layout.width :]
     sequence.start[here.fixed] += here.fixed_parameter * leap[-1] if values.size == 1 else 0.0
-    return corrected(sequence, forcing_periods, family, values, point.direction, point.boundary)
+    return corrected(sequence, here.forcing_periods, family, values, point.direction, point.boundary)
 
 
 def consistent(here: Return) -> bool:

@@ -13,7 +13,8 @@ from stickslip.dynamics.continuation.branch import Branch, Branches, SpecialPoin
 from stickslip.dynamics.continuation.switching_boundaries import beyond
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer
-from stickslip.dynamics.periodic.poincare_map import Lost, Return, moved, size_of
+from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.poincare_map import Return, moved, size_of
 from stickslip.errors import InputError
 from stickslip.simulation.time_limit import TimeLimit
 

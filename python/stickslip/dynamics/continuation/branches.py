@@ -30,7 +30,8 @@ from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, event_cycle, periodic_orbit, unchecked
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
-from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
+from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle
 from stickslip.errors import InputError, Interrupted, UnfinishedWarning
 from stickslip.files.checks import number, whole_number

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
-from stickslip.dynamics.periodic.poincare_map import Lost, Return, moved, multipliers_of, return_of, size_of
-
-if TYPE_CHECKING:
-    from stickslip.dynamics.continuation.arclength import Point
+from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.poincare_map import Return, moved, return_of, size_of
+from stickslip.errors import InputError
 
 #: Where in a direction the parameter stands.
 _PARAMETER = -1
@@ -23,9 +24,19 @@ BY_MULTIPLIERS = ("fold", "flip", "neimark_sacker")
 _STEP = 1e-5
 
 
-def nontrivial(here: Return) -> Any:
-    """The multipliers but the 1 of an autonomous cycle."""
-    return multipliers_of(here)[0 if here.forcing_periods else 1 :]
+class OnCurve(Protocol):
+    """A point of a curve of closed orbits, whatever the law."""
+
+    @property
+    def direction(self) -> Floats:
+        """That of the curve."""
+
+    @property
+    def nontrivial(self) -> Any:
+        """The multipliers but the 1 of an autonomous cycle."""
+
+
+Curve = TypeVar("Curve", bound=OnCurve)
 
 
 def torus(values: Any) -> float:
@@ -34,17 +45,43 @@ def torus(values: Any) -> float:
     return float(np.abs(pair).max() - 1) if pair.size else math.nan
 
 
-#: Test functions of the multipliers but the 1 of an autonomous cycle.
-TESTS_OF_MULTIPLIERS: dict[str, Callable[[Any], float]] = {
-    "branch_point": lambda values: float(np.prod(1 - values).real),
-    "flip": lambda values: float(np.prod(values + 1).real),
-    "neimark_sacker": torus,
+#: Test functions along a branch; the tangent of the branch tells folds from branch points.
+TESTS: dict[str, Callable[[OnCurve], float]] = {
+    "fold": lambda point: float(point.direction[_PARAMETER]),
+    "branch_point": lambda point: float(np.prod(1 - point.nontrivial).real),
+    "flip": lambda point: float(np.prod(point.nontrivial + 1).real),
+    "neimark_sacker": lambda point: torus(point.nontrivial),
 }
 
-#: Test functions along a branch; the tangent of the branch tells folds from branch points.
-TESTS: dict[str, Callable[[Point], float]] = {"fold": lambda point: float(point.direction[_PARAMETER])} | {
-    kind: lambda point, test=test: test(nontrivial(point.here)) for kind, test in TESTS_OF_MULTIPLIERS.items()
-}
+
+def zeros(
+    tests: Mapping[str, Callable[[Curve], float]],
+    point: Curve,
+    ahead: Curve,
+    between: Callable[[float], Curve],
+    near: float = 1e-14,
+) -> Iterator[tuple[str, Curve]]:
+    """The points from one of a curve to the next at which a test function vanishes, each after its name.
+
+    Parameters
+    ----------
+    between : the point of the curve after a share of the step; where it is lost, or the test function is, the next is tried.
+    near : of the root, as a share of the step.
+    """
+    for name, test in tests.items():
+        before, after = test(point), test(ahead)
+        if not (np.isfinite([before, after]).all() and before * after < 0):
+            continue
+        # A multiplier is 1 at a fold, too.
+        if name == "branch_point" and TESTS["fold"](point) * TESTS["fold"](ahead) < 0:
+            continue
+        with contextlib.suppress(Lost, InputError):
+            found = between(root(partial(_along, test, between), before, after, near))
+            yield name, found
+
+
+def _along(test: Callable[[Curve], float], between: Callable[[float], Curve], share: float) -> float:
+    return test(between(share))
 
 
 def determinant(kind: str, here: Return) -> float:
@@ -82,9 +119,9 @@ def gradient(kind: str, here: Return, paths: Sequence[str], scales: Sequence[flo
     return np.array(slopes)
 
 
-def other_multipliers(point: Point, kind: str) -> Any:
+def other_multipliers(point: OnCurve, kind: str) -> Any:
     """The multipliers but those that are critical all along a curve of a kind."""
-    values = nontrivial(point.here)
+    values = point.nontrivial
     if kind == "neimark_sacker":
         return np.delete(values, critical_pair(values))
     if kind in ("fold", "flip"):
@@ -99,18 +136,18 @@ def critical_pair(values: Any) -> list[int]:
     return [int(first[best]), int(second[best])]
 
 
-def second_conditions(kind: str) -> dict[str, Callable[[Point], float]]:
+def second_conditions(kind: str) -> dict[str, Callable[[OnCurve], float]]:
     """What vanishes at the points of codimension two on a curve of special points of a kind, by their names."""
 
-    def factors(sign: float) -> Callable[[Point], float]:
+    def factors(sign: float) -> Callable[[OnCurve], float]:
         return lambda point: float(np.prod(other_multipliers(point, kind) - sign).real)
 
-    def circle(point: Point) -> float:
+    def circle(point: OnCurve) -> float:
         return torus(other_multipliers(point, kind))
 
-    def cosine(level: float) -> Callable[[Point], float]:
-        def test(point: Point) -> float:
-            values = nontrivial(point.here)
+    def cosine(level: float) -> Callable[[OnCurve], float]:
+        def test(point: OnCurve) -> float:
+            values = point.nontrivial
             return float(values[critical_pair(values)].sum().real) / 2 - level
 
         return test

@@ -10,7 +10,7 @@ from stickslip.dynamics.continuation.arclength import Family, Point, corrected
 from stickslip.dynamics.periodic.cycles import amplitude, find, finished
 from stickslip.dynamics.periodic.equilibria import fastest_drive, steady_slip
 from stickslip.dynamics.periodic.event_sequence import EventSequence
-from stickslip.dynamics.periodic.poincare_map import Lost
+from stickslip.dynamics.periodic.newton import Lost
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator, System
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, consistent, corrected
 from stickslip.dynamics.periodic.event_sequence import Floats
-from stickslip.dynamics.periodic.poincare_map import Lost, Return, return_of, size_of
+from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.poincare_map import Return, return_of, size_of
 from stickslip.errors import InputError
 
 #: Halves whose durations differ by less, relative to the period, are one orbit taken twice.

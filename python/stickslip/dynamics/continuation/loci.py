@@ -12,12 +12,12 @@ import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, corrected, labels, stepped
 from stickslip.dynamics.continuation.branch import SpecialPoint, extremes, first_of
-from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, second_conditions
+from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, second_conditions, zeros
 from stickslip.dynamics.continuation.switching_boundaries import name_of, worst
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, with_number
-from stickslip.dynamics.periodic.poincare_map import Lost
+from stickslip.dynamics.periodic.newton import Lost
 from stickslip.errors import InputError, Interrupted
 from stickslip.files.checks import number
 from stickslip.files.equality import ByContent
@@ -252,7 +252,7 @@ def _half(
     while len(rows) < most and step >= _SMALLEST:
         notify(len(rows))
         try:
-            ahead = stepped(point, point.here.forcing_periods, family, step)
+            ahead = stepped(point, family, step)
         except Lost:
             ahead = None
         if ahead is not None and not _allowed(ahead):
@@ -303,11 +303,8 @@ def _between(
     Lost
         where a point in between has no orbit.
     """
-
-    def at(fraction: float) -> Point:
-        return stepped(point, point.here.forcing_periods, family, fraction * step)
-
-    return at(root(lambda fraction: test(at(fraction)), *ends))
+    share = root(lambda share: test(stepped(point, family, share * step)), *ends)
+    return stepped(point, family, share * step)
 
 
 def _isolated(point: Point) -> Point:
@@ -331,14 +328,9 @@ def _second(point: Point, ahead: Point, step: float, family: Family, kind: str) 
     if kind == "fold":
         # At a cusp the curve turns back: its direction in the plane of the parameters vanishes.
         tests["cusp"] = lambda there: float(there.direction[-2:] @ along)
-    for name, test in tests.items():
-        ends = (test(point), test(ahead))
-        if not (np.isfinite(ends).all() and ends[0] * ends[1] < 0):
-            continue
-        with contextlib.suppress(Lost):
-            there = _between(point, step, family, test, ends)
-            if name != "cusp" or np.linalg.norm(there.direction[-2:]) < _STILL * np.linalg.norm(along):
-                found.append(_codimension_two(name, there))
+    for name, there in zeros(tests, point, ahead, lambda share: stepped(point, family, share * step)):
+        if name != "cusp" or np.linalg.norm(there.direction[-2:]) < _STILL * np.linalg.norm(along):
+            found.append(_codimension_two(name, there))
     return found
 
 

@@ -8,20 +8,23 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_ways_of, range_of
-from stickslip.dynamics.continuation.conditions import TESTS_OF_MULTIPLIERS, root
+from stickslip.dynamics.continuation.conditions import TESTS, zeros
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
-from stickslip.dynamics.periodic.poincare_map import Lost, forcing_period
-from stickslip.dynamics.periodic.state_cycles import StateCycle, finished
+from stickslip.dynamics.periodic.newton import Lost, newton
+from stickslip.dynamics.periodic.poincare_map import forcing_period
+from stickslip.dynamics.periodic.state_cycles import StateCycle, StateReturn, finished
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
-from stickslip.model.system import Oscillator, System
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 _SMALLEST, _LARGEST = 1e-3, 0.1
 #: A step of Newton's method below which the orbit is closed, and that below which rounding may stop it.
 _CLOSED, _STALLED = 1e-9, 1e-6
+#: The largest step, in sizes of the variables and of the bounds, and the most rounds.
+_REACH, _ROUNDS = 1.0, 12
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,15 @@ class _Point:
     cycle: StateCycle
     value: float
     direction: Floats
+
+    @property
+    def nontrivial(self) -> NDArray[np.complex128]:
+        """The multipliers but the 1 of an autonomous cycle."""
+        return self.cycle.nontrivial
+
+
+#: A return, its flow, the parameter, and the derivative of what vanishes over the start, the time and the parameter.
+_Found = tuple[StateReturn, StateFlow, float, Floats]
 
 
 @dataclass
@@ -119,82 +131,43 @@ class StateWalk:
         Lost
             where it does not converge.
         """
-        system: Oscillator | System = cycle.system
-        start, time, sizes = cycle.start, cycle.period, cycle.flow.sizes
-        width, best, reference = len(start), math.inf, cycle.flow.rates(0.0, cycle.start)
-        for done in range(12):
-            flow = StateFlow(system, sizes, path=self.path)
-            force = forcing_period(system)
+        sizes, force = cycle.flow.sizes, forcing_period(cycle.system)
+        width, across = len(sizes), None if force is not None else cycle.flow.rates(0.0, cycle.start)
+
+        def at(unknowns: tuple[Floats, float, float]) -> tuple[_Found, Floats, float]:
+            start, time, value = unknowns
+            system = with_number(cycle.system, self.path, value)
             if force is not None:
-                time = cycle.forcing_periods * force
-            end, rates = flow.tangents(start, 0.0, time, np.eye(width))
-            matrix = np.zeros((width + 2, width + 2))
-            matrix[:width, :width] = rates[:, :width] * sizes / sizes[:, None] - np.eye(width)
-            slope = flow.rates(time, end) / sizes * time
-            matrix[:width, -1] = rates[:, width] / sizes * self._span
-            defect = np.append((end - start) / sizes, [0.0, 0.0])
-            if force is None:
-                matrix[:width, width] = slope
-                matrix[width, :width] = reference / sizes
-            else:
                 # The period is that of the forcing, which the parameter may be.
-                matrix[width, width] = 1.0
-                if self.path.endswith("/frequency"):
-                    matrix[:width, -1] -= slope * self._span / value
-            residual = float(np.abs(defect).max())
-            matrix[-1] = np.eye(width + 2)[-1] if along is None else along
-            step = np.linalg.lstsq(matrix, -defect, rcond=1e-14)[0]
-            error = float(np.abs(step).max())
-            if error < _CLOSED or (done > 2 and error < _STALLED and error > 0.3 * best):
-                closed = finished(
-                    system,
-                    replace(flow, path=None),
-                    start,
-                    time,
-                    cycle.forcing_periods,
-                    rates[:, :width],
-                    residual,
-                    done,
-                )
-                _, _, rows = np.linalg.svd(matrix[:-1])
-                direction = rows[-1]
-                if along is not None and direction @ along < 0:
-                    direction = -direction
-                return _Point(closed, value, np.asarray(direction))
-            best = min(best, error)
-            if error > 1.0:
+                time = cycle.forcing_periods * (forcing_period(system) or 0.0)
+            flow = StateFlow(system, sizes, path=self.path)
+            here = StateReturn.of(flow, start, time, across)
+            column = here.matrix[:, width] / sizes * self._span
+            if self.path.endswith("/frequency"):
+                column -= here.slope * self._span / value
+            rows = np.column_stack([here.jacobian, np.append(column, 0.0)])
+            matrix = np.vstack([rows, np.eye(width + 2)[-1] if along is None else along])
+            step = np.linalg.lstsq(matrix, -np.append(here.defect, 0.0), rcond=1e-14)[0]
+            return (here, flow, value, rows), step, float(np.abs(step).max())
+
+        def moved(found: _Found, step: Floats) -> tuple[Floats, float, float]:
+            here, _, value, _ = found
+            return *here.moved(step), value + float(step[-1]) * self._span
+
+        for done in newton(at, moved, (cycle.start, cycle.period, value), _REACH, _ROUNDS):
+            here, flow, value, rows = done.here
+            if done.converged(_CLOSED, _STALLED):
+                direction = np.linalg.svd(rows)[2][-1]
+                sign = 1.0 if along is None or direction @ along >= 0 else -1.0
+                return _Point(finished(flow, here, cycle.forcing_periods, len(done.errors)), value, sign * direction)
+            if done.error > _REACH:
                 break
-            start = start + step[:width] * sizes
-            time *= 1 + float(step[width])
-            value += float(step[-1]) * self._span
-            system = with_number(system, self.path, value)
-        raise Lost(f"Newton's method does not converge, last step {best:.1e}")
+        raise Lost(f"Newton's method does not converge, last step {done.error:.1e}")
 
     def _between(self, point: _Point, ahead: _Point, step: float) -> list[SpecialPoint]:
         """Folds, flips and tori between two points."""
-        tests: dict[str, Callable[[_Point], float]] = {"fold": lambda there: float(there.direction[-1])}
-        for kind, test in TESTS_OF_MULTIPLIERS.items():
-            tests[kind] = _of_cycle(test)
-        found = []
-        for kind, test in tests.items():
-            before, after = test(point), test(ahead)
-            if not (np.isfinite([before, after]).all() and before * after < 0):
-                continue
-            if kind == "branch_point" and point.direction[-1] * ahead.direction[-1] < 0:
-                continue
-
-            def along(part: float, test: Callable[[_Point], float] = test) -> float:
-                return test(self._stepped(point, part * step))
-
-            try:
-                there = self._stepped(point, step * root(along, before, after, 1e-8))
-            except (Lost, InputError):
-                continue
-            cycle = there.cycle
-            found.append(SpecialPoint(kind, there.value, x=range_of(cycle), system=cycle.system, cycle=cycle))
-        return found
-
-
-def _of_cycle(test: Callable[[Any], float]) -> Callable[[_Point], float]:
-    """The test of the multipliers of a point's cycle, less the one that is 1 where nothing forces it."""
-    return lambda point: test(point.cycle.multipliers[0 if point.cycle.forcing_periods else 1 :])
+        found = zeros(TESTS, point, ahead, lambda share: self._stepped(point, share * step), 1e-8)
+        return [
+            SpecialPoint(kind, there.value, x=range_of(there.cycle), system=there.cycle.system, cycle=there.cycle)
+            for kind, there in found
+        ]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,14 +13,15 @@ import numpy as np
 from stickslip.dynamics.continuation import switching_boundaries
 from stickslip.dynamics.continuation.arclength import Family, Label, Point, axis, consistent, corrected, stepped
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of, same_motion
-from stickslip.dynamics.continuation.conditions import TESTS, root
+from stickslip.dynamics.continuation.conditions import TESTS, root, zeros
 from stickslip.dynamics.continuation.halving import halving
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.cycles import finished, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import fastest_drive
 from stickslip.dynamics.periodic.event_sequence import Floats
-from stickslip.dynamics.periodic.poincare_map import Lost, Return, size_of
+from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.poincare_map import Return, size_of
 from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
@@ -82,7 +83,7 @@ class Walk:
                 self.branch.cut = "max_seconds"
                 return self.branch.cut
             try:
-                ahead = stepped(point, point.here.forcing_periods, self.family, step)
+                ahead = stepped(point, self.family, step)
             except Lost:
                 ahead = None
             if ahead is None or not consistent(ahead.here):
@@ -170,7 +171,7 @@ class Walk:
             return None
 
         def at(fraction: float) -> Point:
-            return stepped(point, point.here.forcing_periods, self.family, fraction * step)
+            return stepped(point, self.family, fraction * step)
 
         try:
             share = root(lambda fraction: float(at(fraction).values[0]) - first, before, after)
@@ -253,7 +254,7 @@ class Walk:
         """
         if switching_boundaries.signature(point.here) != switching_boundaries.signature(ahead.here):
             return False
-        largest, known = max(np.subtract(self.branch.x_max, self.branch.x_min)), tuple(self.branch.special_points)
+        largest = max(np.subtract(self.branch.x_max, self.branch.x_min))
         start = point.here.sequence.start
         length = size_of(point.here.sequence.system, start, point.here.sequence.layout.x).max()
         # No cycle much larger than the step vanishes within it.
@@ -261,33 +262,24 @@ class Walk:
 
         def at(fraction: float) -> Point:
             self._say(len(self.branch.values), self.most)
-            found = stepped(point, point.here.forcing_periods, self.family, fraction * step)
+            found = stepped(point, self.family, fraction * step)
             if small and np.subtract(*range_of(unchecked(found.here))) > -_POINT * self._size():
                 raise _Vanished
             return found
 
-        def tested(kind: str, fraction: float) -> float:
-            return TESTS[kind](at(fraction))
-
-        for kind, test in TESTS.items():
-            before, after = test(point), test(ahead)
-            if not (np.isfinite([before, after]).all() and before * after < 0):
-                continue
-            # Where the parameter stands still along the curve, the sign of its direction is rounding.
-            if any(item.kind == kind == "fold" and self._same(item.parameter, ahead) for item in known):
-                continue
-            if kind == "branch_point" and TESTS["fold"](point) * TESTS["fold"](ahead) < 0:
-                continue
-            try:
-                found = at(root(partial(tested, kind), before, after))
-                low, high = range_of(finished(found.here, 0))
-            except _Vanished:
-                return True
-            except (Lost, InputError):
-                continue
-            if not found.here.forcing_periods and high - low < _POINT * largest:
-                return True
-            self._special(kind, found)
+        # Where the parameter stands still along the curve, the sign of its direction is rounding.
+        folds = [item.parameter for item in self.branch.special_points if item.kind == "fold"]
+        still = any(self._same(value, ahead) for value in folds)
+        tests = {kind: test for kind, test in TESTS.items() if not (still and kind == "fold")}
+        try:
+            for kind, found in zeros(tests, point, ahead, at):
+                with contextlib.suppress(InputError):
+                    low, high = range_of(finished(found.here, 0))
+                    if not found.here.forcing_periods and high - low < _POINT * largest:
+                        return True
+                    self._special(kind, found)
+        except _Vanished:
+            return True
         return False
 
     def _shrunk(self, point: Point) -> bool:

@@ -15,7 +15,7 @@ from stickslip.dynamics.critical.runs import PATH, Sweep, Watch, disturbed, unli
 from stickslip.dynamics.periodic.cycles import event_cycle
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import with_number
-from stickslip.dynamics.periodic.poincare_map import Lost
+from stickslip.dynamics.periodic.newton import Lost
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator, System
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
 from stickslip.dynamics.periodic.cycles import finished
 from stickslip.dynamics.periodic.event_sequence import EventSequence
-from stickslip.dynamics.periodic.poincare_map import Lost, size_of
+from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.poincare_map import size_of
 from stickslip.errors import InputError
 
 #: Where in a direction the parameter stands.

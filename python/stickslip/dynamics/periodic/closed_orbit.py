@@ -43,9 +43,14 @@ class Cycle(ByContent, InNotebook):
         raise NotImplementedError
 
     @property
+    def nontrivial(self) -> NDArray[np.complex128]:
+        """The multipliers but the 1 of an autonomous orbit."""
+        return self.multipliers[0 if self.forcing_periods else 1 :]
+
+    @property
     def largest(self) -> float:
         """The size of the largest multiplier that is not the 1 of an autonomous orbit."""
-        return float(np.abs(self.multipliers[0 if self.forcing_periods else 1 :]).max())
+        return float(np.abs(self.nontrivial).max())
 
     @property
     def marginal(self) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, Table, layout_of, read
+from stickslip.dynamics.periodic.newton import newton
 from stickslip.errors import InputError
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
@@ -26,8 +27,10 @@ _ROUNDING = 1e-13
 _NO_STICK = 1e-7
 #: What no step takes away of a defect is a drift of the motion where it is more than this part of it.
 _DRIFT = 1e-10
-#: A step of Newton's method is not halved below this.
-_RESOLUTION = 1e-12
+#: The largest step of Newton's method, in sizes of the motion, and the most rounds of it.
+_REACH, _ROUNDS = 0.2, 40
+#: Below this a step is rounding, and below the other where rounding holds it up.
+_EXACT, _HELD_UP = 1e-14, 1e-9
 #: Rounding leaves a double root undecided by its root, of which this is four times; so many slow steps down to it show one.
 _DOUBLE, _SLOW = 4 * np.finfo(float).eps ** 0.5, 9
 
@@ -52,10 +55,6 @@ def forcing_period(system: Oscillator | System) -> float | None:
         f"the forcing has no common period of at most 100 of its slowest, its frequencies are {frequencies}; expected ratios "
         "of whole numbers"
     )
-
-
-class Lost(Exception):
-    """No orbit of this event sequence is found near the guess."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +90,11 @@ class Return:
     def period(self) -> float:
         """How long it took."""
         return float(self.durations.sum())
+
+    @property
+    def settled(self) -> bool:
+        """Whether what the orbit writes whatever the start was stands at its start too."""
+        return np.array_equal(self.end[self.fixed], self.sequence.start[self.fixed])
 
 
 def coordinates_of(system: Oscillator | System, start: Floats) -> NDArray[np.int64]:
@@ -183,7 +187,7 @@ def size_of(system: Oscillator | System, start: Floats, coordinates: NDArray[np.
 
 
 def close(
-    sequence: EventSequence, forcing_periods: int, rounds: int = 40, progress: Callable[[], Any] = lambda: None
+    sequence: EventSequence, forcing_periods: int, progress: Callable[[], Any] = lambda: None
 ) -> tuple[Return, int]:
     """Newton's method on the return map, `progress` called before each round; the closed orbit and the rounds it took.
 
@@ -192,42 +196,27 @@ def close(
     InputError
         where it does not converge.
     """
-    best = math.inf
-    stalled = 0
-    errors: list[float] = []
-    last: tuple[Return, Floats] | None = None
-    for done in range(rounds):
-        progress()
-        try:
-            here = return_of(sequence, forcing_periods)
-        except InputError:
-            # A step too far: half of it.
-            if last is None or not np.abs(last[1]).max(initial=0.0) > _RESOLUTION:
-                raise
-            last = (last[0], last[1] / 2)
-            sequence = moved(*last)
-            continue
+
+    def at(sequence: EventSequence) -> tuple[tuple[Return, Floats, Floats], Floats, float]:
+        here = return_of(sequence, forcing_periods)
         size = size_of(sequence.system, here.sequence.start, here.coordinates)
         jacobian = np.eye(len(here.coordinates)) - here.map_jacobian
+        step = np.asarray(np.linalg.lstsq(jacobian, here.defect, rcond=1e-14)[0], float)
+        return (here, jacobian @ step, size), step, float(np.abs(step / size).max(initial=0.0))
+
+    small = 0
+    for done in newton(at, lambda found, step: moved(found[0], step), sequence, _REACH, _ROUNDS, progress):
+        here, within, size = done.here
         # Around a centre every state closes, and a step would be the quotient of two roundings.
         if np.abs(here.defect / size).max(initial=0.0) < np.finfo(float).eps:
-            return here, done + 1
-        step = np.linalg.lstsq(jacobian, here.defect, rcond=1e-14)[0]
-        error = float(np.abs(step / size).max(initial=0.0))
-        errors.append(error)
-        fixed = np.array_equal(here.end[here.fixed], here.sequence.start[here.fixed])
-        if (error < 1e-14 and fixed) or (done > 2 and error < 1e-9 and error >= 0.25 * best):
-            stalled += 1
-            if stalled > 1 or (error < 1e-14 and fixed):
-                return without_drift(here, jacobian @ step, size), done + 1
-        if error < _DOUBLE and slow(errors):
-            return replace(without_drift(here, jacobian @ step, size), multiple=True), done + 1
-        best = min(best, error)
-        # A step beyond a fifth of the motion is no correction any more.
-        last = (here, np.asarray(step * min(1.0, 0.2 / max(error, 1e-300)), float))
-        sequence = moved(*last)
+            return here, len(done.errors)
+        small += done.converged(_EXACT, _HELD_UP)
+        if small and (here.settled or small > 2):
+            return without_drift(here, within, size), len(done.errors)
+        if done.error < _DOUBLE and slow(done.errors):
+            return replace(without_drift(here, within, size), multiple=True), len(done.errors)
     raise InputError(
-        f"periodic_orbit: no periodic orbit of this event sequence near the guess (the last step is {best:.1e} of the "
+        f"periodic_orbit: no periodic orbit of this event sequence near the guess (the last step is {done.error:.1e} of the "
         "motion): give another guess or simulate longer first"
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,6 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
 from stickslip.dynamics.periodic.event_sequence import Floats
+from stickslip.dynamics.periodic.newton import newton
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
@@ -22,6 +22,8 @@ from stickslip.simulation.state_orbit import StateLayout, StateOrbit, state_laws
 
 #: Newton's method ends at steps below this part of the motion, or where rounding and the integration stop it below the other.
 _SETTLED, _STALLED = 1e-10, 1e-7
+#: The largest step, in sizes of the variables, and the most rounds.
+_REACH, _ROUNDS = 0.2, 20
 #: How near a return is to an earlier one, relative to the motion, for a guess; the first that any reaches.
 _NEAR = (1e-6, 1e-4, 1e-2, 0.1, 0.3)
 _RETURNS = 12
@@ -200,49 +202,77 @@ def closed_state(
         where it does not converge.
     """
     flow, force = StateFlow(system, sizes), forcing_period(system)
-    best, idle = math.inf, 0
-    found: tuple[Floats, float, Floats, float] | None = None
-    if force is not None:
-        time = forcing_periods * force
-    for done in range(20):
-        progress()
-        end, matrix = flow.tangents(start, 0.0, time, np.eye(flow.width))
-        defect, slope = (end - start) / sizes, flow.rates(0.0, start) / sizes
-        scaled = matrix * sizes / sizes[:, None] - np.eye(flow.width)
-        if force is None:
-            speed = np.linalg.norm(slope)
-            scaled = np.block(
-                [[scaled, (flow.rates(time, end) / sizes)[:, None]], [slope[None] / speed, np.zeros((1, 1))]]
-            )
-            defect = np.append(defect, 0.0)
-        step = np.linalg.lstsq(scaled, -defect, rcond=1e-14)[0]
-        error = float(np.abs(step[: flow.width]).max())
-        idle = 0 if error < 0.3 * best else idle + 1
-        if error < best:
-            best, found = error, (start, time, matrix, float(np.abs(defect).max()))
-        # The integration ends the descent.
-        if found is not None and (best < _SETTLED or (idle > 1 and best < _STALLED)):
-            return finished(system, flow, found[0], found[1], forcing_periods, found[2], found[3], done + 1)
-        # A step beyond a fifth of the motion is no correction any more.
-        step *= min(1.0, 0.2 / error)
-        start = start + step[: flow.width] * sizes
-        if force is None:
-            time += float(step[-1])
-        if not time > 0:
-            break
+
+    def at(unknowns: tuple[Floats, float]) -> tuple[StateReturn, Floats, float]:
+        here = StateReturn.of(flow, *unknowns, flow.rates(0.0, unknowns[0]) if force is None else None)
+        step = np.asarray(np.linalg.lstsq(here.jacobian, -here.defect, rcond=1e-14)[0], float)
+        return here, step, float(np.abs(step).max())
+
+    time = time if force is None else forcing_periods * force
+    stalled = 0
+    for done in newton(at, StateReturn.moved, (start, time), _REACH, _ROUNDS, progress):
+        stalled += done.converged(0.0, _STALLED)
+        if done.error < _SETTLED or stalled > 1:
+            return finished(flow, done.here, forcing_periods, len(done.errors))
     raise InputError(
-        f"periodic_orbit: no periodic orbit near the guess (the last step is {best:.1e} of the motion): give another guess "
-        "or simulate longer first"
+        f"periodic_orbit: no periodic orbit near the guess (the last step is {done.error:.1e} of the motion): give another "
+        "guess or simulate longer first"
     )
 
 
-def finished(
-    system: Any, flow: StateFlow, start: Floats, time: float, count: int, matrix: Floats, residual: float, rounds: int
-) -> StateCycle:
-    """A closed orbit as a result; `matrix` is Φ over the period."""
-    section = "strobe" if count else "maximum"
+@dataclass(frozen=True)
+class StateReturn:
+    """One period from a start: what it lacks to be closed, and its derivative.
+
+    Attributes
+    ----------
+    defect : the end minus the start, in sizes of the variables, and 0 for the condition that fixes the phase.
+    jacobian : its derivative over the start, in sizes, and the logarithm of the time.
+    matrix : Φ over the period, with one more column where the flow has a path.
+    slope : of the end over the logarithm of the time, in sizes.
+    """
+
+    start: Floats
+    time: float
+    sizes: Floats
+    defect: Floats
+    jacobian: Floats
+    matrix: Floats
+    slope: Floats
+
+    @classmethod
+    def of(cls, flow: StateFlow, start: Floats, time: float, along: Floats | None) -> StateReturn:
+        """Integrated; steps are across the motion where `along` is its rate, None where the forcing gives the time."""
+        width, sizes = flow.width, flow.sizes
+        end, matrix = flow.tangents(start, 0.0, time, np.eye(width))
+        slope = flow.rates(time, end) / sizes * time
+        jacobian = np.zeros((width + 1, width + 1))
+        jacobian[:width, :width] = matrix[:, :width] * sizes / sizes[:, None] - np.eye(width)
+        if along is None:
+            jacobian[width, width] = 1.0
+        else:
+            jacobian[:width, width] = slope
+            jacobian[width, :width] = along / sizes
+        return cls(start, time, sizes, np.append((end - start) / sizes, 0.0), jacobian, matrix, slope)
+
+    def moved(self, step: Floats) -> tuple[Floats, float]:
+        """The start and the time after a step."""
+        return self.start + step[: len(self.sizes)] * self.sizes, self.time * (1 + float(step[len(self.sizes)]))
+
+
+def finished(flow: StateFlow, here: StateReturn, forcing_periods: int, rounds: int) -> StateCycle:
+    """A closed orbit as a result."""
     return StateCycle(
-        system, time, count, _multipliers(system, matrix, count), residual, rounds, section, (), start, flow
+        system=flow.system,
+        period=here.time,
+        forcing_periods=forcing_periods,
+        multipliers=_multipliers(flow.system, here.matrix[:, : flow.width], forcing_periods),
+        residual=float(np.abs(here.defect).max()),
+        rounds=rounds,
+        section="strobe" if forcing_periods else "maximum",
+        events=(),
+        start=here.start,
+        flow=replace(flow, path=None),
     )
 
 
