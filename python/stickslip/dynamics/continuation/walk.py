@@ -116,8 +116,7 @@ class Walk:
                     continue
                 self._shrunk(point)
                 return "point"
-            known = (point.direction != 0) | (ahead.direction != 0)
-            if float(point.direction[known] @ ahead.direction[known]) < 0.9 and step > 20 * _SMALLEST:
+            if float(point.direction @ ahead.direction) < 0.9 and step > 20 * _SMALLEST:
                 step /= 2
                 continue
             halved = halving(point, ahead, self.family)
