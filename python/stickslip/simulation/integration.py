@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,11 +18,10 @@ from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Work
-from stickslip.simulation.solver import USUAL, Counted, Stalled, solved
+from stickslip.simulation.solver import METHODS, USUAL, Counted, solved
 from stickslip.simulation.state_orbit import Mark, StateLayout, StateOrbit, masses_of, state_laws_of
 from stickslip.simulation.time_limit import TimeLimit
 
-METHODS = ("LSODA", "Radau", "BDF", "DOP853", "RK45")
 #: The least relative error that scipy's integrators take, of a variable that has only an absolute one.
 _SMALLEST = 100 * float(np.finfo(float).eps)
 #: How far v0 may be from the velocity at which forces balance, relative to the speeds of the motion.
@@ -65,8 +62,9 @@ def integrate(
     method : ``"LSODA"``, ``"Radau"``, ``"BDF"`` (stiff), ``"DOP853"``, ``"RK45"`` (where the law is not stiff); default
         LSODA, and Radau where that fails or stalls. Rate-and-state friction is integrated in the variable in which it is
         a line through rest.
-    max_evaluations : most evaluations of the right-hand side, some 100,000 a second. A run that has by then come through ten
-        natural periods ends there, with ``orbit.stop == "max_evaluations"``.
+    max_evaluations : most evaluations of the right-hand side, some 100,000 a second; of the default methods the first takes
+        half of them at most. A run that has by then come through ten natural periods ends there, with
+        ``orbit.stop == "max_evaluations"``.
     max_seconds : time on the clock after which the run ends where it is, with ``orbit.stop == "max_seconds"``; default none.
 
     Returns
@@ -129,76 +127,34 @@ def integrate(
         for node in item.drive_velocity.nodes
     ]
     edges = [0.0, *sorted({t for t in bends if 0 < t < end}), end]
-    before = end
-    # At a node of a drive the next piece of its table counts, which the step to the node must not see.
-    slope = Counted(lambda t, y: core.regular_rates(min(t, before), y, least), max_evaluations)
-    up = math.inf
+    slope = Counted(lambda t, y: core.regular_rates(t, y, least), max_evaluations)
     limit = TimeLimit.after(max_seconds, "integrate")
-
-    def time_left(t: float, _: NDArray[np.float64]) -> float:
-        """Zero at the end of the step in which the time is up."""
-        nonlocal up
-        if up == math.inf and limit.passed:
-            up = t
-        return min(up - t, 1.0)
-
-    time_left.terminal = True  # type: ignore[attr-defined]
-
-    pieces: list[Any] = []
     # At a stop of rate-and-state friction any method may miss a step, and then takes it where the stop is a little longer.
     attempts = [(one, 1) for one in (USUAL if method is None else (method,))]
     if core.is_steep:
         attempts += [(method or "LSODA", factor) for factor in (10, 100)]
-    ran_out = False
     for attempt, factor in attempts:
         least = finest * factor
-        if not ran_out:
-            slope.most = max_evaluations // 2 if method is None and not slope.spent else max_evaluations
-        pieces = []
-        try:
-            for low, high in itertools.pairwise(edges):
-                before = np.nextafter(high, low)
-                piece = solved(
-                    attempt,
-                    slope,
-                    (low, high),
-                    pieces[-1].y[:, -1] if pieces else first,
-                    # looked at in every step, at a fifth of its time
-                    events=None if max_seconds is None else time_left,
-                    # The others take one relative error for all variables.
-                    rtol=np.maximum(tolerance * share, _SMALLEST) if attempt == "LSODA" else tolerance,
-                    atol=tolerance * scale,
-                )
-                pieces.append(piece)
-                if piece.status != 0:
-                    break
-        except (Stalled, ValueError) as stopped:
-            # A ValueError is of Radau and BDF, which solve no equations of what is no number.
-            came = stopped.t if isinstance(stopped, Stalled) else low
-            if slope.spent > slope.most and came > _FAR * whole.natural_period and not ran_out:
-                # Another method would not come further either: the same steps again, up to there.
-                ran_out, edges = True, [*(edge for edge in edges if edge < came), came]
-                slope.spent, slope.most = 0, 2 * slope.most
-                attempts.insert(attempts.index((attempt, factor)) + 1, (attempt, factor))
-                continue
-            if (attempt, factor) == attempts[-1] or slope.spent > max_evaluations:
-                raise InputError(
-                    f"integrate: {attempt} came to t = {came:g} in {min(slope.spent, max_evaluations)} evaluations: take "
-                    f"another method, a looser tolerance, or raise max_evaluations{_RUNS_AWAY * core.is_massless}"
-                ) from None
-            continue
-        # LSODA may end in what is no number, and call that a success.
-        if pieces[-1].status >= 0 and np.isfinite(pieces[-1].y[:, -1]).all():
+        slope.most = max_evaluations // 2 if method is None and not slope.spent else max_evaluations
+        # The others take one relative error for all variables.
+        relative = np.maximum(tolerance * share, _SMALLEST) if attempt == "LSODA" else tolerance
+        run = solved(attempt, slope, edges, first, limit, rtol=relative, atol=tolerance * scale)
+        last = run.times[-1]
+        # From far on another method would not come further either.
+        far = last > _FAR * whole.natural_period
+        if run.stop in ("t_end", "max_seconds") or (run.stop == "max_evaluations" and far):
             break
-    if len(pieces[0].t) < 2:
+        if run.stop != "solver" and ((attempt, factor) == attempts[-1] or slope.spent >= max_evaluations):
+            raise InputError(
+                f"integrate: {attempt} came to t = {last:g} in {slope.spent} evaluations: take "
+                f"another method, a looser tolerance, or raise max_evaluations{_RUNS_AWAY * core.is_massless}"
+            )
+    if len(run.times) < 2:
         raise InputError(
             f"integrate: {attempts[-1][0]} could not take its first step: take another method or tolerance, or "
             "check the units"
         )
-    solution = _joined(pieces, attempt)
-    last, stop = float(solution.ts[-1]), {0: "t_end", 1: "max_seconds"}.get(pieces[-1].status, "solver")
-    if ran_out and stop == "t_end":
-        stop = "max_evaluations"
+    solution, stop = run.solution, run.stop
     marks = _marks(core, solution, masses_of(system), noise)
     for mark in marks:
         if len(mark.times) >= max_events and mark.times[max_events - 1] < last:
@@ -206,15 +162,6 @@ def integrate(
     marks = [replace(mark, times=mark.times[mark.times <= last]) for mark in marks]
     work = Work(events=sum(len(mark.times) for mark in marks), evaluations=slope.spent)
     return StateOrbit(system, core, solution, marks, last, stop, work, start, v)
-
-
-def _joined(pieces: Sequence[Any], method: str) -> OdeSolution:
-    """The dense output of runs that follow each other as one."""
-    pieces = [piece for piece in pieces if len(piece.t) > 1]
-    times = np.concatenate([pieces[0].t[:1], *(piece.t[1:] for piece in pieces)])
-    return OdeSolution(
-        times, [step for piece in pieces for step in piece.sol.interpolants], alt_segment=method in ("BDF", "LSODA")
-    )
 
 
 def _marks(core: _core.StateSystem, solution: OdeSolution, masses: Sequence[int], noise: float) -> list[Mark]:

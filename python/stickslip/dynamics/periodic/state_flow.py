@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
 from stickslip.errors import InputError
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
-from stickslip.simulation.solver import USUAL, Counted, Stalled, solved
+from stickslip.simulation.solver import USUAL, Counted, Run, solved
 
 #: The relative error of a step, and the step of the differences that make the Jacobian, relative to the size of a variable.
 TOLERANCE, STEP = 1e-11, 1e-7
@@ -88,11 +87,12 @@ class StateFlow:
         With a `path` the derivative with respect to its number is one more column.
         """
         run = self._run(start, t, duration)
-        nodes = np.concatenate([run.t[:-1, None] + np.diff(run.t)[:, None] * np.arange(self.parts) / self.parts])
-        begins = np.append(nodes.ravel(), run.t[-1])
+        taken = np.array(run.times)
+        nodes = taken[:-1, None] + np.diff(taken)[:, None] * np.arange(self.parts) / self.parts
+        begins = np.append(nodes, taken[-1])
         lengths = np.diff(begins)
         times = (begins[:-1, None] + lengths[:, None] * _NODES).ravel()
-        states = np.ascontiguousarray(run.sol(times).T)
+        states = np.ascontiguousarray(run.solution(times).T)
         w, n = self.width, len(lengths)
         # Disturbances in units of the sizes, so that none is small beside another.
         jacobians = (self.jacobians(times, states) * self.sizes / self.sizes[:, None]).reshape(n, 2, w, w)
@@ -113,20 +113,17 @@ class StateFlow:
             along = along + step[:, :w] @ along + step[:, w]
         if self._beside:
             columns = np.column_stack([columns, along])
-        return np.asarray(run.y[:, -1]), columns * self.sizes[:, None]
+        return run.end, columns * self.sizes[:, None]
 
-    def _run(self, start: Floats, t: float, duration: float) -> Any:
+    def _run(self, start: Floats, t: float, duration: float) -> Run:
         for method in USUAL:
             rates = Counted(self.rates, _MOST)
-            options = {"rtol": self.tolerance, "atol": self.tolerance * self.sizes}
-            try:
-                run = solved(method, rates, (t, t + duration), start, **options)
-            except Stalled:
-                why = f"it takes more than {_MOST} evaluations; take a larger mass, or damping"
-                continue
-            if run.status == 0 and np.isfinite(run.y[:, -1]).all():
+            run = solved(method, rates, (t, t + duration), start, rtol=self.tolerance, atol=self.tolerance * self.sizes)
+            if run.stop == "t_end":
                 return run
-            why = f"{run.message.rstrip('.').lower()}; take another start"
+            why = f"{run.why.rstrip('.').lower()}; take another start"
+            if run.stop == "max_evaluations":
+                why = f"it takes more than {_MOST} evaluations; take a larger mass, or damping"
         raise InputError(f"the motion could not be integrated from t = {t:g} over {duration:g}: {why}")
 
 
