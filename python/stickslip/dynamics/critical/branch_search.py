@@ -35,16 +35,17 @@ def branches_of(
     family = Family((PATH,), (bounds,), relative=True)
     branches: list[Branch] = []
 
-    def follow(speed: float, sweep: int, look: Shown) -> None:
-        there = with_number(system, PATH, speed)
-        guess = [None, disturbed(system, speed, 0.1 * speed), look.end][min(sweep, 2)]
-        branch = _branch(there, speed, guess, family, branches, watch)
+    def follow(speed: float, start: str, look: Shown) -> None:
+        guess: Any = None if start == "rest" else look.end
+        if start == "beside":
+            guess = disturbed(system, speed, 0.1 * speed)
+        branch = _branch(with_number(system, PATH, speed), speed, guess, family, branches, watch)
         if branch is not None:
             branches.append(branch)
 
-    count, done = sum(len(looks) for _, looks in sweeps) + len(steady), 0
-    for sweep, (_, looks) in enumerate(sweeps):
-        for speed, look in looks:
+    count, done = sum(len(sweep.looks) for sweep in sweeps) + len(steady), 0
+    for sweep in sweeps:
+        for speed, look in sweep.looks:
             watch("cycles", done, count)
             done += 1
             # Around a centre there is a cycle of any size: none of them is a branch.
@@ -55,7 +56,7 @@ def branches_of(
                 and not _decays(system, speed, look)
                 and not any(_passes(branch, speed, look) for branch in branches)
             ):
-                follow(speed, sweep, look)
+                follow(speed, sweep.start, look)
     for _, value in steady:
         watch("cycles", done, count)
         done += 1
@@ -72,7 +73,7 @@ def branches_of_masses(system: System, bounds: tuple[float, float], sweeps: list
     Most motions of several masses are no cycles, and those that are have many special points at which no motion ends.
     """
     branches: list[Branch] = []
-    changes = [(looks, *pair) for _, looks in sweeps for pair in unlike_neighbours(looks)]
+    changes = [(sweep.looks, *pair) for sweep in sweeps for pair in unlike_neighbours(sweep.looks)]
     for done, (looks, below, above) in enumerate(changes):
         watch("cycles", done, len(changes))
         last, beyond = (below[0], above[0]) if below[1].sticks else (above[0], below[0])

@@ -199,42 +199,18 @@ def critical_velocities(
         raise InputError(
             f"critical_velocities: bounds must be (low, high) with 0 < low < high, got ({low:g}, {high:g})"
         )
-    found: list[tuple[str, float]] = []
-    points: list[SpecialPoint] = []
-    steady: list[tuple[str, float]] = []
-    neutral: list[tuple[float, float]] = []
-    natures: tuple[tuple[float, str], ...] = ()
-    unstable = None
-    watch = Watch(progress, TimeLimit.after(max_seconds, "critical_velocities"))
-    sweeps: list[Sweep] = [(from_rest(system, watch), []), (beside(system, watch), [])]
-    if isinstance(system, System):
-        sweeps.append((nearly_together(system, watch), []))
+    search = _Search(system, (low, high), Watch(progress, TimeLimit.after(max_seconds, "critical_velocities")))
     try:
-        steady, neutral = steady_changes(system, PATH, (low, high), keep=watch.limit.keep)
-        for kind, value in steady:
-            if kind == "hopf":
-                watch.limit.keep()
-                natures += ((value, criticality(system, PATH, value)),)
-        if not steady and not neutral and _grows_everywhere(system, low, high):
-            unstable = (low, high)
-        ends, left = _search(system, (low, high), steady, neutral, watch, sweeps, found, points)
+        search.steady_slip()
+        search.go()
     except TimeIsUp:
         warnings.warn(
             "critical_velocities: the search ended after max_seconds and is unfinished; raise max_seconds to go on",
             UnfinishedWarning,
             stacklevel=2,
         )
-        brackets = _brackets(sweeps[:1], [value for _, value in found])
-        return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral), False, brackets, unstable)
-    if isinstance(system, Oscillator):
-        found += [("end_of_stick_slip", max(ends))] if ends else []
-        return CriticalVelocities(tuple(found), natures, tuple(points), tuple(neutral), unstable=unstable)
-    # Stick-slip of several masses may end and begin again, and what does so may not be told from a transient.
-    found += [("end_of_stick_slip", value) for value in sorted(set(ends))]
-    brackets = _brackets(sweeps, [*left, *(value for _, value in found)])
-    return CriticalVelocities(
-        tuple(found), natures, tuple(points), tuple(neutral), brackets=brackets, unstable=unstable
-    )
+        return search.result(finished=False)
+    return search.result()
 
 
 def _grows_everywhere(system: Oscillator | System, low: float, high: float) -> bool:
@@ -273,69 +249,131 @@ def _checked(system: Oscillator | System) -> float:
     return speed_scale(system)
 
 
-def _search(
-    system: Oscillator | System,
-    bounds: tuple[float, float],
-    steady: list[tuple[str, float]],
-    neutral: list[tuple[float, float]],
-    watch: Watch,
-    sweeps: list[Sweep],
-    found: list[tuple[str, float]],
-    points: list[SpecialPoint],
-) -> tuple[list[float], list[float]]:
-    """Add what runs show, the special points of cycles and what runs confirm of them to the lists.
+@dataclass
+class _Search:
+    """What a search has found so far.
 
-    Returns
-    -------
-    the ends of stick-slip, and where only the start of a run leaves the basin of a motion that goes on.
+    Attributes
+    ----------
+    sweeps : what runs show.
+    steady : where steady slip changes; `neutral` where it is neutral; `unstable` the bounds where it is unstable throughout;
+        `natures` the kinds of its Hopf points.
+    found : what runs confirm; `points` the special points of the cycles.
+    ends : of stick-slip; `left` where only the start of a run leaves the basin of a motion that goes on.
     """
-    low, high = bounds
-    look_over(system, low, high, watch, sweeps)
-    if isinstance(system, Oscillator):
-        branches = branches_of(system, bounds, steady, neutral, sweeps, watch)
-    else:
-        branches = branches_of_masses(system, bounds, sweeps, watch)
-    for branch in branches:
-        for point in branch.special_points:
-            if all(abs(point.parameter - other.parameter) > _SAME * (high - low) for other in points):
-                points.append(point)
-    candidates: list[tuple[str, float, SpecialPoint | None]] = [(*item, None) for item in steady]
-    # A motion ends at a fold; what else happens to the cycle beside it does so on the way.
-    for point in sorted(points, key=lambda point: "fold" not in point.kind):
-        same = [value for kind, value in steady if kind == point.kind]
-        if point.kind in _KINDS and all(abs(point.parameter - value) > _SAME * (high - low) for value in same):
-            candidates.append((point.kind, point.parameter, point))
-    ends: list[float] = []
-    for done, (kind, value, special) in enumerate(candidates):
-        watch("confirmation", done, len(candidates) + 1)
-        others = [abs(other - value) for _, other, _ in candidates if abs(other - value) > _SAME * (high - low)]
-        run = beside(system, watch, value) if special is None else from_orbit(system, watch, special)
+
+    system: Oscillator | System
+    bounds: tuple[float, float]
+    watch: Watch
+    sweeps: list[Sweep] = field(default_factory=list)
+    steady: list[tuple[str, float]] = field(default_factory=list)
+    neutral: list[tuple[float, float]] = field(default_factory=list)
+    unstable: tuple[float, float] | None = None
+    natures: list[tuple[float, str]] = field(default_factory=list)
+    found: list[tuple[str, float]] = field(default_factory=list)
+    points: list[SpecialPoint] = field(default_factory=list)
+    ends: list[float] = field(default_factory=list)
+    left: list[float] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        system, watch = self.system, self.watch
+        self.sweeps = [Sweep("rest", from_rest(system, watch)), Sweep("beside", beside(system, watch))]
+        if isinstance(system, System):
+            self.sweeps.append(Sweep("nearly together", nearly_together(system, watch)))
+
+    def steady_slip(self) -> None:
+        """Where it changes, and how."""
+        keep = self.watch.limit.keep
+        self.steady, self.neutral = steady_changes(self.system, PATH, self.bounds, keep=keep)
+        for kind, value in self.steady:
+            if kind == "hopf":
+                keep()
+                self.natures.append((value, criticality(self.system, PATH, value)))
+        if not self.steady and not self.neutral and _grows_everywhere(self.system, *self.bounds):
+            self.unstable = self.bounds
+
+    def go(self) -> None:
+        """What runs show, the special points of the cycles, and what runs confirm of them."""
+        look_over(self.system, *self.bounds, self.watch, self.sweeps)
+        if isinstance(self.system, Oscillator):
+            branches = branches_of(self.system, self.bounds, self.steady, self.neutral, self.sweeps, self.watch)
+        else:
+            branches = branches_of_masses(self.system, self.bounds, self.sweeps, self.watch)
+        for point in (point for branch in branches for point in branch.special_points):
+            if not any(self._same(point.parameter, other.parameter) for other in self.points):
+                self.points.append(point)
+        candidates: list[tuple[str, float, SpecialPoint | None]] = [(*item, None) for item in self.steady]
+        # A motion ends at a fold; what else happens to the cycle beside it does so on the way.
+        for point in sorted(self.points, key=lambda point: "fold" not in point.kind):
+            known = any(kind == point.kind and self._same(point.parameter, value) for kind, value in self.steady)
+            if point.kind in _KINDS and not known:
+                candidates.append((point.kind, point.parameter, point))
+        for done, candidate in enumerate(candidates):
+            self.watch("confirmation", done, len(candidates) + 1)
+            self._confirm(*candidate, [other for _, other, _ in candidates])
+        cycles = tuple(self.ends)
+        for sweep in self.sweeps:
+            self._changes(sweep, cycles)
+        self.watch("confirmation", len(candidates) + 1, len(candidates) + 1)
+        self.ends = [end for end in self.ends if end in cycles or not _lost_before(end, self.ends)]
+
+    def _same(self, one: float, other: float) -> bool:
+        """Whether two speeds are the same."""
+        return abs(one - other) <= _SAME * (self.bounds[1] - self.bounds[0])
+
+    def _confirm(self, kind: str, value: float, special: SpecialPoint | None, candidates: list[float]) -> None:
+        """Keep a candidate where runs on both sides of it show different motions."""
+        others = [abs(other - value) for other in candidates if not self._same(other, value)]
+        run = beside(self.system, self.watch, value)
+        if special is not None:
+            run = from_orbit(self.system, self.watch, special)
         sides = sides_of(run, value, min(others, default=math.inf))
-        if sides is None and all(abs(other - value) > _TOGETHER * value for _, other in found):
+        if sides is None and all(abs(other - value) > _TOGETHER * value for _, other in self.found):
             # Runs between two so near to each other change too slowly: those on both sides of both tell of the first.
             sides = sides_of(run, value, min((gap for gap in others if gap > _TOGETHER * value), default=math.inf))
-        if sides is None or (special is not None and not _ends(system, watch, value, *sides)):
-            continue
+        if sides is None or (special is not None and not _ends(self.system, self.watch, value, *sides)):
+            return
         if kind != "vanishing_stick":
-            found.append((kind, value))
+            self.found.append((kind, value))
         if special is not None and sides[0].sticks and not sides[1].sticks:
-            ends.append(value)
-    ends_of_cycles, left = tuple(ends), list[float]()
-    for run, looks in sweeps:
-        for value, sides in changes_of_sticking(run, looks, [*ends, *(value for _, value in found)]):
-            if sides[0].sticks and _lost_before(value, ends_of_cycles):
+            self.ends.append(value)
+
+    def _changes(self, sweep: Sweep, cycles: Sequence[float]) -> None:
+        """Keep the ends and onsets of stick-slip that runs show and the ends of `cycles` do not explain."""
+        for value, sides in changes_of_sticking(sweep, [*self.ends, *(value for _, value in self.found)]):
+            if sides[0].sticks and _lost_before(value, cycles):
                 continue
             # Where a motion goes on beyond, a start has left its basin; of those the run from rest has a name.
-            suffix = "" if _ends(system, watch, value, *sides) else "_from_rest"
-            if suffix and run is not sweeps[0][0]:
-                left += [value] if run in (start for start, _ in sweeps[:3]) else []
-                continue
-            if sides[0].sticks and not suffix:
-                ends.append(value)
-            elif value not in (other for _, other in found):
-                found.append((("end" if sides[0].sticks else "onset") + "_of_stick_slip" + suffix, value))
-    watch("confirmation", len(candidates) + 1, len(candidates) + 1)
-    return [end for end in ends if end in ends_of_cycles or not _lost_before(end, ends)], left
+            suffix = "" if _ends(self.system, self.watch, value, *sides) else "_from_rest"
+            if suffix and sweep.start != "rest":
+                self.left += [value] if sweep.start != "followed" else []
+            elif sides[0].sticks and not suffix:
+                self.ends.append(value)
+            elif value not in (other for _, other in self.found):
+                self.found.append((("end" if sides[0].sticks else "onset") + "_of_stick_slip" + suffix, value))
+
+    def result(self, *, finished: bool = True) -> CriticalVelocities:
+        """As far as the search came."""
+        found, brackets = list(self.found), tuple[tuple[str, float, float], ...]()
+        if not finished:
+            brackets = _brackets(
+                [sweep for sweep in self.sweeps if sweep.start == "rest"], [value for _, value in found]
+            )
+        elif isinstance(self.system, Oscillator):
+            found += [("end_of_stick_slip", max(self.ends))] if self.ends else []
+        else:
+            # Stick-slip of several masses may end and begin again, and what does so may not be told from a transient.
+            found += [("end_of_stick_slip", value) for value in sorted(set(self.ends))]
+            brackets = _brackets(self.sweeps, [*self.left, *(value for _, value in found)])
+        return CriticalVelocities(
+            all=tuple(found),
+            criticalities=tuple(self.natures),
+            special_points=tuple(self.points),
+            neutral=tuple(self.neutral),
+            finished=finished,
+            brackets=brackets,
+            unstable=self.unstable,
+        )
 
 
 def _lost_before(value: float, ends: Sequence[float]) -> bool:
@@ -375,8 +413,8 @@ def _attracts(system: Oscillator, watch: Watch, value: float, below: Shown, abov
 def _brackets(sweeps: list[Sweep], known: list[float]) -> tuple[tuple[str, float, float], ...]:
     """Between which speeds runs stop or begin to stick, where no speed that is known explains it; what overlaps is one."""
     found: list[tuple[str, float, float]] = []
-    for _, looks in sweeps:
-        for (low, below), (high, _) in unlike_neighbours(looks):
+    for sweep in sweeps:
+        for (low, below), (high, _) in unlike_neighbours(sweep.looks):
             name = "end_of_stick_slip" if below.sticks else "onset_of_stick_slip"
             # Runs lose a cycle before its end.
             slack = _LOST_BEFORE * high if below.sticks else 0.0

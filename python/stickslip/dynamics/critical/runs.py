@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -31,10 +32,24 @@ _CLOSE = 1e-4
 
 #: A run of so many cycles at a drive velocity.
 Run = Callable[[float, float], Shown]
-#: What runs of one kind show over the speeds.
-Sweep = tuple[Run, list[tuple[float, Shown]]]
 #: Two runs, below a speed and above it.
 Sides = tuple[Shown, Shown]
+
+
+@dataclass
+class Sweep:
+    """What runs of one kind show over the speeds.
+
+    Attributes
+    ----------
+    start : ``"rest"``, ``"beside"`` steady slip, ``"nearly together"`` of several masses, or ``"followed"`` from the motion
+        at another speed.
+    looks : each speed with what its run shows.
+    """
+
+    start: str
+    run: Run
+    looks: list[tuple[float, Shown]] = field(default_factory=list)
 
 
 class Watch:
@@ -127,10 +142,7 @@ def from_orbit(system: Oscillator | System, watch: Watch, special: SpecialPoint)
 
 
 def look_over(system: Oscillator | System, low: float, high: float, watch: Watch, sweeps: list[Sweep]) -> None:
-    """Add what runs show over the speeds: from rest, beside steady slip that is unstable, and beyond where those end.
-
-    `sweeps` has the run from rest, that beside steady slip, and of several masses one more from rest.
-    """
+    """Add what runs show over the speeds: from rest, beside steady slip that is unstable, and beyond where those end."""
     speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
     unstable = []
     for speed in speeds:
@@ -138,25 +150,27 @@ def look_over(system: Oscillator | System, low: float, high: float, watch: Watch
         damping, neutral = stability(with_number(system, PATH, speed))
         if not (damping >= 0 or neutral):
             unstable.append(speed)
-    every = [speeds, unstable, speeds][: len(sweeps)]
+    every = [unstable if sweep.start == "beside" else speeds for sweep in sweeps]
     count = sum(map(len, every))
-    for (run, looks), some in zip(sweeps, every, strict=True):
+    for sweep, some in zip(sweeps, every, strict=True):
         for speed in some:
-            watch("runs", sum(len(known) for _, known in sweeps), count)
-            looks.append((speed, run(speed, _CYCLES)))
+            watch("runs", sum(len(known.looks) for known in sweeps), count)
+            sweep.looks.append((speed, sweep.run(speed, _CYCLES)))
         if isinstance(system, System):
-            _outlast(run, looks)
-    for changes in [tuple(unlike_neighbours(looks)) for _, looks in sweeps]:
+            _outlast(sweep)
+    starts = tuple(sweeps)
+    for changes in [tuple(unlike_neighbours(sweep.looks)) for sweep in starts]:
         for below, above in changes:
             sweep = _followed(system, watch, (below, above), speeds)
             # Where it ends at once, the sweep it comes from has shown that.
-            if len(sweep[1]) > 2:
+            if len(sweep.looks) > 2:
                 sweeps.append(sweep)
                 if isinstance(system, System):
-                    _outlast(*sweep)
+                    _outlast(sweep)
     if isinstance(system, System):
-        for _, looks in (sweeps[0], sweeps[2]):
-            _carry_on(system, watch, looks, speeds, sweeps)
+        for sweep in starts:
+            if sweep.start != "beside":
+                _carry_on(system, watch, sweep.looks, speeds, sweeps)
     watch("runs", count, count)
 
 
@@ -168,10 +182,10 @@ def _carry_on(
         if not (here[1].sticks and here[1].repeats):
             continue
         look = watch.shown(with_number(system, PATH, speed), _CYCLES, *here[1].start_at(speed))
-        known = [other for _, others in sweeps for at, other in others if at == speed]
+        known = [other for sweep in sweeps for at, other in sweep.looks if at == speed]
         if look.sticks and not any(look.resembles(other) for other in known):
             sweeps.append(_followed(system, watch, (here, (speed, look)), speeds))
-            _outlast(*sweeps[-1])
+            _outlast(sweeps[-1])
 
 
 def _followed(
@@ -209,24 +223,23 @@ def _followed(
         else:
             looks[-1] = (last + step, look)
             step /= 2
-    return run, looks
+    return Sweep("followed", run, looks)
 
 
-def _outlast(run: Run, looks: list[tuple[float, Shown]]) -> None:
+def _outlast(sweep: Sweep) -> None:
     """Run longer beside each speed at which the runs stop or begin to stick: of several masses transients are long."""
     known: set[float] = set()
-    while doubtful := {speed for pair in unlike_neighbours(looks) for speed, _ in pair} - known:
-        looks[:] = [(speed, run(speed, LONGEST) if speed in doubtful else look) for speed, look in looks]
+    while doubtful := {speed for pair in unlike_neighbours(sweep.looks) for speed, _ in pair} - known:
+        sweep.looks = [(speed, sweep.run(speed, LONGEST) if speed in doubtful else look) for speed, look in sweep.looks]
         known |= doubtful
 
 
-def changes_of_sticking(
-    run: Run, looks: list[tuple[float, Shown]], known: Sequence[float]
-) -> Iterator[tuple[float, Sides]]:
+def changes_of_sticking(sweep: Sweep, known: Sequence[float]) -> Iterator[tuple[float, Sides]]:
     """Where a sweep shows an end or an onset of stick-slip: at a known speed that explains it, else by bisection on runs.
 
-    The runs of a bisection are added to `looks`, of several masses of one that ends at a speed.
+    The runs of a bisection are added to it, of several masses of one that ends at a speed.
     """
+    run, looks = sweep.run, sweep.looks
     for (low, below), (high, _) in tuple(unlike_neighbours(looks)):
         sticks = below.sticks
         slack = 0.0 if below.several else 0.02 * low
