@@ -245,17 +245,7 @@ def _building_up(time: Array, w: Array, force: Array, moving: npt.NDArray[np.boo
     until = np.where(after < turns.size, turns[np.minimum(after, turns.size - 1)], np.inf) - path
     farthest = STROKE * float(np.median(np.diff(turns)))
     speeding = np.gradient(np.abs(w)) > 0
-    behind = np.full(w.size, math.nan)
-    for way in (w > 0, w < 0):
-        slowing = moving & way & ~speeding
-        if np.count_nonzero(slowing) < 4 * FEWEST:
-            continue
-        order = np.argsort(np.abs(w[slowing]))
-        ranges = np.array_split(order, min(RANGES, order.size // FEWEST))
-        speeds = [float(np.median(np.abs(w[slowing])[part])) for part in ranges]
-        levels = [float(np.median(np.abs(force[slowing])[part])) for part in ranges]
-        if min(levels) > 0:
-            behind[way] = 1 - np.sign(w[way]) * force[way] / np.interp(np.abs(w[way]), speeds, levels)
+    behind = _behind(w, force, moving & ~speeding)
     compared = moving & speeding & np.isfinite(behind)
     builds = False
     for reach in farthest * OCTAVE ** np.arange(-10.0, 1.0):
@@ -266,6 +256,20 @@ def _building_up(time: Array, w: Array, force: Array, moving: npt.NDArray[np.boo
             near: npt.NDArray[np.bool_] = np.minimum(since, until) <= reach
             return near
     return none
+
+
+def _behind(w: Array, force: Array, slowing: npt.NDArray[np.bool_]) -> Array:
+    """By which share friction is less than that of the same speed and sense while the mass slows down; NaN if not known."""
+    behind = np.full(w.size, math.nan)
+    for way in (w > 0, w < 0):
+        speed, level = np.abs(w[slowing & way]), np.abs(force[slowing & way])
+        if speed.size < 4 * FEWEST:
+            continue
+        ranges = np.array_split(np.argsort(speed), min(RANGES, speed.size // FEWEST))
+        speeds, levels = ([float(np.median(values[part])) for part in ranges] for values in (speed, level))
+        if min(levels) > 0:
+            behind[way] = 1 - np.sign(w[way]) * force[way] / np.interp(np.abs(w[way]), speeds, levels)
+    return behind
 
 
 def _slowest(w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> float:
