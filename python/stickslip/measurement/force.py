@@ -19,6 +19,8 @@ Array = npt.NDArray[np.float64]
 
 FEWEST_SLIPS, LEAST_OF_SLIP = 5, 20
 """Slips that tell how they swing, and samples of each."""
+MOST_SAMPLES = 30_000
+"""Samples from the beginning of a record by which its inertia is judged."""
 
 
 class Release(NamedTuple):
@@ -211,7 +213,7 @@ def restoring_excess(friction: Friction) -> tuple[float, float]:
     return excess(whole), math.sqrt((count - 1) / count * float(np.sum((without - without.mean()) ** 2)))
 
 
-def likeliest_inertia(friction: Friction, most: int = 30_000) -> tuple[float, float]:
+def likeliest_inertia(friction: Friction) -> tuple[float, float]:
     """Inertia in kg under which the friction force of the slips comes out smoothest, with its standard error.
 
     The fit prefers a friction force that changes little, so the likelihood of the record under it, with the cut-off
@@ -221,14 +223,13 @@ def likeliest_inertia(friction: Friction, most: int = 30_000) -> tuple[float, fl
     Parameters
     ----------
     friction : a measured record.
-    most : samples from the beginning of the record that are used.
 
     Returns
     -------
     inertia, error : NaN where no inertia between 0.25 and 2.5 times the one used is likeliest.
     """
     fit, o = friction.fit, friction.fit.oscillator
-    n = min(len(friction.time), most)
+    n = min(len(friction.time), MOST_SAMPLES)
     end = friction.time[n - 1]
     count = max(int(np.searchsorted(fit.breaks, end)), 1)
     breaks, kinds = np.append(fit.breaks[:count], end), fit.kinds[:count]

@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 _NEUTRAL, _NEUTRAL_MODE = 1e-12, 1e-11
 #: How far beside a slip velocity friction is looked at, in parts of it, to see how it changes about there.
 _BESIDE = 1e-6
+#: In so many parts of a range changes of steady slip are looked for.
+_SCAN = 400
 #: Modes that the damping couples by no more of it are not coupled: rounding leaves as much.
 _UNCOUPLED = 1e-14
 
@@ -225,7 +227,6 @@ def steady_changes(
     system: Oscillator | System,
     path: str,
     bounds: tuple[float, float],
-    scan: int = 400,
     keep: Callable[[], Any] = lambda: None,
 ) -> tuple[list[tuple[str, float]], list[tuple[float, float]]]:
     """The Hopf points of steady slip (:func:`hopf_points`), and the ranges of the parameter in which it is neutral.
@@ -245,7 +246,7 @@ def steady_changes(
             return math.nan
         return 0.0 if neutral and not exact else damping
 
-    values = np.linspace(*bounds, scan + 1)
+    values = np.linspace(*bounds, _SCAN + 1)
     samples = np.array([damping(float(value)) for value in values])
     signs = np.sign(samples)
     scale = np.abs(samples[np.isfinite(samples)]).max(initial=0.0)

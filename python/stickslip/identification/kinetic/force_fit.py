@@ -33,6 +33,8 @@ Samples = npt.NDArray[np.int_]
 
 ROUNDS = 4
 """Times that the fit is repeated with new scales and weights."""
+EFFORT = 60
+"""The most evaluations of the first and of the last of them; half as many of the others."""
 MOST_CORRELATED = 20.0
 """Correlation beyond that many rows is taken for misfit, which must not take weight from a group during the fit."""
 FEWEST_ROWS = 5
@@ -66,14 +68,13 @@ class ForceFit:
     shifts: Mapping[str, pd.Series] = field(default_factory=dict)
 
 
-def fit_forces(problem: Problem, start: Law, effort: int = 60) -> ForceFit:
+def fit_forces(problem: Problem, start: Law) -> ForceFit:
     """Least squares from a first guess, with scales, weights and correlation found on the way.
 
     Parameters
     ----------
     problem : records and free numbers.
     start : the first guess.
-    effort : most iterations per round.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def fit_forces(problem: Problem, start: Law, effort: int = 60) -> ForceFit:
     assumed = _assumed(problem, sigma, tau, apart)
     for number in range(ROUNDS):
         factor = np.concatenate([w / a for w, a in zip(weights, assumed, strict=True)])
-        numbers = _solve(problem, numbers, factor, effort if number in (0, ROUNDS - 1) else effort // 2)
+        numbers = _solve(problem, numbers, factor, EFFORT if number in (0, ROUNDS - 1) else EFFORT // 2)
         groups = problem.groups_at(numbers)
         record_scatter = _record_scatter(problem, groups, common)
         apart = np.hypot(record_scatter, common)

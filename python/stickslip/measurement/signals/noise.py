@@ -195,9 +195,11 @@ def _flat(runs: list[Array], level: float, noise: float) -> bool:
 
 MAINS_OFF = 0.005
 """Mains, and the clock of a record, are off their nominal rates by less than this part."""
+BLOCK = 4.0
+"""Length in s over which amplitude and phase of the mains line are taken as constant."""
 
 
-def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) -> tuple[Array, float]:
+def mains_hum(signal: Array, time: Array, frequency: float) -> tuple[Array, float]:
     """The mains line of a record, as a sine whose amplitude and phase may drift from block to block.
 
     It is fitted to what is left after a running mean over one period, with the samples near events left out, so it
@@ -208,7 +210,6 @@ def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) 
     signal : (n,) record.
     time : (n,) of its samples in s.
     frequency : of the line in Hz, below half the sampling rate; the line may be off it by `MAINS_OFF`.
-    block : length over which amplitude and phase are taken as constant, in s.
 
     Returns
     -------
@@ -223,7 +224,7 @@ def mains_hum(signal: Array, time: Array, frequency: float, block: float = 4.0) 
     good = np.abs(rest) < 4 * max(spread, 1e-300)
     good[: 2 * period] = good[-2 * period :] = False
     frequency = _strongest_near(np.where(good, rest, 0.0), time, frequency)
-    blocks = max(int(n * step / block), 1)
+    blocks = max(int(n * step / BLOCK), 1)
     edges = np.linspace(0, n, blocks + 1).astype(int)
     phase = 2 * math.pi * frequency * time
     waves = np.stack([np.cos(phase), np.sin(phase)], axis=1)

@@ -19,6 +19,9 @@ from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, Pie
 
 Array = npt.NDArray[np.float64]
 
+ORDER = 3
+"""Of the local polynomials."""
+
 
 @dataclass(frozen=True)
 class Smooth:
@@ -82,8 +85,8 @@ def jerk_spline(time: Array, signal: Array, weight: Array | None = None, cutoff:
     return Smooth(x, v, a, errors[0], errors[1], errors[2], cutoff, fit.noise)
 
 
-def savitzky_golay(time: Array, signal: Array, cutoff: float, order: int = 3) -> Smooth:
-    """Local polynomials of this order over a window whose half-amplitude frequency is `cutoff` (Hz).
+def savitzky_golay(time: Array, signal: Array, cutoff: float) -> Smooth:
+    """Local polynomials of `ORDER` over a window whose half-amplitude frequency is `cutoff` (Hz).
 
     A window of 2 M + 1 samples passes half of the power at (order + 1)/(3.2 M - 4.6) of the Nyquist frequency
     (R. W. Schafer, IEEE Signal Process. Mag. 28 (4), 2011, eq. 12). Its errors are those of the noise alone: what such a
@@ -96,7 +99,7 @@ def savitzky_golay(time: Array, signal: Array, cutoff: float, order: int = 3) ->
     True
     """
     step = _even_step(time)
-    half = max(round(((order + 1) / (2 * cutoff * step) + 4.6) / 3.2), order // 2 + 1)
+    half = max(round(((ORDER + 1) / (2 * cutoff * step) + 4.6) / 3.2), ORDER // 2 + 1)
     if 2 * half + 1 > len(signal):
         raise InputError(
             f"motion: a cut-off of {cutoff:g} Hz needs {2 * half + 1} samples, the record has {len(signal)}"
@@ -105,9 +108,9 @@ def savitzky_golay(time: Array, signal: Array, cutoff: float, order: int = 3) ->
     noise = noise_level(signal)
     from scipy.signal import savgol_coeffs, savgol_filter  # loads for half a second
 
-    x, v, a = (np.asarray(savgol_filter(signal, window, order, deriv=d, delta=step)) for d in range(3))
+    x, v, a = (np.asarray(savgol_filter(signal, window, ORDER, deriv=d, delta=step)) for d in range(3))
     errors = [
-        np.full(len(signal), noise * math.sqrt(float(np.sum(savgol_coeffs(window, order, deriv=d, delta=step) ** 2))))
+        np.full(len(signal), noise * math.sqrt(float(np.sum(savgol_coeffs(window, ORDER, deriv=d, delta=step) ** 2))))
         for d in range(3)
     ]
     return Smooth(x, v, a, errors[0], errors[1], errors[2], cutoff, noise)
