@@ -3,12 +3,14 @@
 import argparse
 import functools
 import html
+import importlib
 import inspect
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import stickslip as ss
 from stickslip.cli import identify as command
@@ -236,3 +238,18 @@ def test_options_of_another_kind_are_refused(given, sentence):
 
 def test_bounds_may_be_an_array():
     assert Options(bounds={"kinetic": np.array([0.0, np.inf])}).bounds["kinetic"][1] == np.inf
+
+
+def test_a_fit_runs_on_one_thread_of_the_linear_algebra(monkeypatch):
+    # The function of this name hides its module.
+    module = importlib.import_module("stickslip.identification.selection.identify")
+    seen = []
+
+    def records(_):
+        seen.extend(pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas")
+        raise ss.InputError("seen")
+
+    monkeypatch.setattr(module, "read_records", records)
+    with threadpool_limits(2, user_api="blas"), pytest.raises(ss.InputError, match="seen"):
+        module.identify([], "Coulomb")
+    assert set(seen) == {1}

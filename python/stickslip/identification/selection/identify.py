@@ -112,7 +112,6 @@ def fit_of(friction: Any, law: str | type[Law] | Law | None = None, *, steady: b
 
 
 @overload
-@one_thread
 def identify(
     friction: Any,
     law: str | type[Law] | Law,
@@ -134,6 +133,7 @@ def identify(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     ties: Mapping[str, str] | None = None,
 ) -> Any: ...
+@one_thread
 def identify(
     friction: Any,
     law: str | type[Law] | Law | None = None,
