@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.dynamics.sections import Surface
-from stickslip.dynamics.sweep import Chunk, Look, start_of
+from stickslip.dynamics.sweep import Chunk, Look, Start, start_of
 from stickslip.dynamics.tasks import Plan, Progress, Variable, compute, fingerprint, motion_variables, provenance
 from stickslip.errors import InputError
+from stickslip.files.checks import whole_number
 from stickslip.model.parameters import document_of, grid, path_in
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.state_orbit import state_laws_of
@@ -111,14 +113,8 @@ def orbit_diagram(
     axis = grid(parameter, values, "orbit_diagram")
     if not 1 <= keep < periods:
         raise InputError(f"orbit_diagram: keep must be at least 1 and less than periods ({periods}), got {keep}")
-    if isinstance(points, bool) or not isinstance(points, int) or points < 1:
-        raise InputError(f"orbit_diagram: points must be a whole number of at least 1, got {points!r}")
-    several = not isinstance(direction, str)
-    directions = [direction] if isinstance(direction, str) else list(direction)
-    if not directions or any(item not in DIRECTIONS for item in directions) or len({*directions}) < len(directions):
-        raise InputError(
-            f"orbit_diagram: direction must be one or several of {', '.join(DIRECTIONS)}, got {direction!r}"
-        )
+    whole_number("points", points, "orbit_diagram")
+    directions = _directions(direction)
     settings = {
         "periods": periods,
         "keep": keep,
@@ -139,62 +135,10 @@ def orbit_diagram(
         contact=contact,
     )
     begin = start_of(system, x0, v0, "orbit_diagram")
-    text = json.dumps(document)
-
-    def before(position: tuple[int, ...]) -> tuple[int, ...] | None:
-        which, part = position
-        neighbour = part - 1 if directions[which] == "up" else part + 1
-        chained = directions[which] != "fresh" and 0 <= neighbour < -(-axis.size // CHUNK)
-        return (which, neighbour) if chained else None
-
-    def task(position: tuple[int, ...], arrays: Any) -> Chunk:
-        which, part = position
-        low, high = part * CHUNK, min((part + 1) * CHUNK, axis.size)
-        start, link = begin, None
-        if before(position) is not None:
-            # The run beside this part: below it on the way up, above it on the way down.
-            there = low - 1 if directions[which] == "up" else high
-            if arrays["stop"][which, there] == "t_end":
-                ends = [np.asarray(arrays[name][which, there]) for name in carried]
-                start = (ends[0], ends[1], ends[2] if numbers else ())
-                regime, low_x, high_x = (arrays[name][which, there] for name in ("regime", "x_min", "x_max"))
-                link = ([float(axis[there])], _core.REGIMES.index(str(regime)), float(high_x - low_x))
-        return Chunk(
-            text,
-            (path,),
-            axis[low:high, None],
-            look,
-            chain=directions[which] != "fresh",
-            backwards=directions[which] == "down",
-            start=start,
-            before=link,
-        )
-
-    numbers = _core.RESTART if isinstance(system, Oscillator) and system.closed_form else 0
-    if system.integrated:
-        numbers = sum(law.states for law in state_laws_of(system))
-    carried = ("x_end", "v_end", *(["restart"] if numbers else []))
-    dims = ("direction", parameter)
-    state = (*dims, "mass") if isinstance(system, System) else dims
-    variables = {
-        **motion_variables(dims),
-        "x_end": Variable(state, float, {"long_name": "position at the end"}),
-        "v_end": Variable(state, float, {"long_name": "velocity at the end, not a number while stuck"}),
-        "turning_x": Variable((*dims, "point"), float, {"long_name": "position where the velocity changes its sign"}),
-        "turning_slip_velocity": Variable(
-            (*dims, "point"), float, {"long_name": "slip velocity where the acceleration changes its sign"}
-        ),
-        **{
-            f"section_{name}": Variable((*dims, "point"), float, {"long_name": f"{what} at the returns to the section"})
-            for name, what in (("t", "time"), ("x", "position"), ("v", "velocity"))
-        },
-    }
+    parts = _Parts(json.dumps(document), path, axis, look, directions, begin, _restart_numbers(system))
     sizes = {"direction": len(directions), parameter: axis.size, "point": points}
-    if numbers:
-        variables["restart"] = Variable(
-            (*dims, "number"), float, {"long_name": "the state from which the motion goes on"}
-        )
-        sizes["number"] = numbers
+    if parts.numbers:
+        sizes["number"] = parts.numbers
     if isinstance(system, System):
         sizes["mass"] = system.masses
     plan = Plan(
@@ -202,9 +146,9 @@ def orbit_diagram(
         coords={"direction": (np.array(directions), {}), parameter: (axis, {})},
         sizes=sizes,
         chunks={"direction": 1, parameter: CHUNK},
-        variables=variables,
-        task=task,
-        before=before,
+        variables=_variables(("direction", parameter), system, parts.numbers),
+        task=parts.task,
+        before=parts.before,
         attrs={"parameter": parameter}
         | provenance(
             "orbit_diagram",
@@ -224,4 +168,95 @@ def orbit_diagram(
         lists = ("turning_x", "turning_slip_velocity", "section_x")
         busiest = max(int(np.isfinite(diagram[name].to_numpy()).sum(axis=-1).max()) for name in lists)
         diagram = diagram.isel(point=slice(max(1, busiest)))
-    return diagram if several else diagram.isel(direction=0, drop=True)
+    return diagram.isel(direction=0, drop=True) if isinstance(direction, str) else diagram
+
+
+def _directions(direction: str | Sequence[str]) -> list[str]:
+    """Those that are asked for, checked."""
+    directions = [direction] if isinstance(direction, str) else list(direction)
+    if not directions or any(item not in DIRECTIONS for item in directions) or len({*directions}) < len(directions):
+        raise InputError(
+            f"orbit_diagram: direction must be one or several of {', '.join(DIRECTIONS)}, got {direction!r}"
+        )
+    return directions
+
+
+def _restart_numbers(system: Oscillator | System) -> int:
+    """How many numbers a motion is handed on with beside positions and velocities."""
+    if system.integrated:
+        return sum(law.states for law in state_laws_of(system))
+    return _core.RESTART if isinstance(system, Oscillator) and system.closed_form else 0
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """The runs of a diagram in parts of `CHUNK` values; in a sweep a part goes on from where the one before it ended.
+
+    Attributes
+    ----------
+    text : the document of the system; `path` the number in it that has the `values`.
+    begin : the start of runs that go on from none; `numbers` as of :func:`_restart_numbers`.
+    """
+
+    text: str
+    path: str
+    values: NDArray[np.float64]
+    look: Look
+    directions: list[str]
+    begin: Start
+    numbers: int
+
+    def before(self, position: tuple[int, ...]) -> tuple[int, ...] | None:
+        """The part that has to be done first."""
+        which, part = position
+        neighbour = part - 1 if self.directions[which] == "up" else part + 1
+        chained = self.directions[which] != "fresh" and 0 <= neighbour < -(-self.values.size // CHUNK)
+        return (which, neighbour) if chained else None
+
+    def task(self, position: tuple[int, ...], arrays: Any) -> Chunk:
+        """The runs of a part, begun from what the parts before it left in the arrays."""
+        which, part = position
+        low, high = part * CHUNK, min((part + 1) * CHUNK, self.values.size)
+        start, link = self.begin, None
+        if self.before(position) is not None:
+            # The run beside this part: below it on the way up, above it on the way down.
+            there = low - 1 if self.directions[which] == "up" else high
+            if arrays["stop"][which, there] == "t_end":
+                carried = ("x_end", "v_end", *(["restart"] if self.numbers else []))
+                ends = [np.asarray(arrays[name][which, there]) for name in carried]
+                start = (ends[0], ends[1], ends[2] if self.numbers else ())
+                regime, low_x, high_x = (arrays[name][which, there] for name in ("regime", "x_min", "x_max"))
+                link = ([float(self.values[there])], _core.REGIMES.index(str(regime)), float(high_x - low_x))
+        return Chunk(
+            self.text,
+            (self.path,),
+            self.values[low:high, None],
+            self.look,
+            chain=self.directions[which] != "fresh",
+            backwards=self.directions[which] == "down",
+            start=start,
+            before=link,
+        )
+
+
+def _variables(dims: tuple[str, ...], system: Oscillator | System, numbers: int) -> dict[str, Variable]:
+    """The columns of a diagram."""
+    state = (*dims, "mass") if isinstance(system, System) else dims
+    variables = {
+        **motion_variables(dims),
+        "x_end": Variable(state, float, {"long_name": "position at the end"}),
+        "v_end": Variable(state, float, {"long_name": "velocity at the end, not a number while stuck"}),
+        "turning_x": Variable((*dims, "point"), float, {"long_name": "position where the velocity changes its sign"}),
+        "turning_slip_velocity": Variable(
+            (*dims, "point"), float, {"long_name": "slip velocity where the acceleration changes its sign"}
+        ),
+        **{
+            f"section_{name}": Variable((*dims, "point"), float, {"long_name": f"{what} at the returns to the section"})
+            for name, what in (("t", "time"), ("x", "position"), ("v", "velocity"))
+        },
+    }
+    if numbers:
+        variables["restart"] = Variable(
+            (*dims, "number"), float, {"long_name": "the state from which the motion goes on"}
+        )
+    return variables
