@@ -219,74 +219,113 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
 
 
 def _run(record: Samples, bench: Bench) -> _Run:
-    time, force = record.time, record["force"]
     notes = list(record.notes)
-    if "velocity" in record:
-        smooth = jerk_spline(time, record["velocity"], cutoff=bench.maybe("cutoff"))
-        w, w_error, acceleration, acceleration_error = smooth.x, smooth.x_error, smooth.v, smooth.v_error
-        speed_unit = record.units["velocity"]
-    elif "displacement" in record:
-        smooth = jerk_spline(time, record["displacement"], cutoff=bench.maybe("cutoff"))
-        w, w_error, acceleration, acceleration_error = smooth.v, smooth.v_error, smooth.a, smooth.a_error
-        speed_unit = "m/s" if record.units["displacement"] == "m" else "rad/s"
-    else:
-        raise InputError(f"{record.source}: a direct_force instrument needs a column of displacement or of velocity")
-    if not (np.abs(w) > 0).any():
-        raise InputError(
-            f"{record.source}: nothing moves in this record, so it holds no friction of slip; take another"
-        )
-    notes.append(f"speed and acceleration are smoothed with a cut-off of {smooth.cutoff:.3g} Hz")
-    spikes = lone_spikes(force, noise_level(force), w)
+    motion = _motion(record, bench)
+    notes.append(f"speed and acceleration are smoothed with a cut-off of {motion.cutoff:.3g} Hz")
+    spikes = lone_spikes(record["force"], noise_level(record["force"]), motion.w)
     if spikes.any():
         notes.append(
             f"{np.count_nonzero(spikes)} isolated impulses of the force ({100 * spikes.mean():.2g} % of the samples) "
             "were left out"
         )
-        kept = ~spikes
-        record = record.part(kept)
-        time, force, w, w_error, acceleration, acceleration_error = (
-            values[kept] for values in (time, force, w, w_error, acceleration, acceleration_error)
-        )
-    inertia = bench.number("inertia")
-    unit = record.units["force"]
-    if (lag := lag_of_force(time, force, w, acceleration)) is not None:
-        offset = lag.value + (bench.maybe("clock_offset") or 0.0)
-        notes.append(
-            f"the force is {'late' if lag.value > 0 else 'early'} against the motion by {abs(lag.value):.3g} +- "
-            f"{lag.error:.1g} s: so shifted, friction over speed is one curve for speeding up and for slowing down (it "
-            f"scatters by {lag.after:.3g} {unit}, now by {lag.before:.3g} {unit}). It is a delay of the channel, which "
-            f"clock_offset = {offset:.3g} in the rig takes out, or friction that builds up over a distance at each reversal"
-        )
-    friction = force - inertia * acceleration
-    notes += unsigned(w, friction, record.source)
-    error = np.hypot(noise_level(force), inertia * np.hypot(acceleration_error, record.scale_error * acceleration))
+        record, motion = record.part(~spikes), motion.part(~spikes)
+    force, inertia, unit = record["force"], bench.number("inertia"), record.units["force"]
+    notes += _said_of_lag(record, motion, bench)
+    friction = force - inertia * motion.acceleration
+    notes += unsigned(motion.w, friction, record.source)
+    accelerated = np.hypot(motion.acceleration_error, record.scale_error * motion.acceleration)
+    error = np.hypot(noise_level(force), inertia * accelerated)
     if inertia == 0.0:
+        highest = np.quantile(np.abs(motion.acceleration), 0.99)
         notes.append(
             "inertia is 0: the instrument's reading is taken as friction, so what lies between instrument and contact and is "
-            f"accelerated (up to {np.quantile(np.abs(acceleration), 0.99):.3g} {speed_unit[:-2]}/s^2) is in it"
+            f"accelerated (up to {highest:.3g} {motion.unit[:-2]}/s^2) is in it"
             + ("; the mass in the rig is what swings, and nothing is taken off for it" if bench.maybe("mass") else "")
         )
     if "normal_force" in record:
-        pressed = record["normal_force"] > LEAST_LOAD * np.quantile(np.abs(record["normal_force"]), 0.95)
-        if np.count_nonzero(pressed) < LEAST_SAMPLES:
-            raise InputError(
-                f"{record.source}: the normal force is above zero in {np.count_nonzero(pressed)} of {len(time)} samples, and "
-                f"{LEAST_SAMPLES} are needed; correct its sign or its zero in the rig"
-            )
-        if not pressed.all():
-            notes.append(
-                f"{np.count_nonzero(~pressed)} of {len(time)} samples are left out: their normal force is zero, negative or "
-                f"less than {100 * LEAST_LOAD:g} % of the largest, so that friction over normal force says nothing"
-            )
-            record = record.part(pressed)
-            time, w, w_error, acceleration, friction, error = (
-                values[pressed] for values in (time, w, w_error, acceleration, friction, error)
-            )
+        pressed = _pressed(record, notes)
+        record, motion = record.part(pressed), motion.part(pressed)
         normal = record["normal_force"]
-        friction, error, unit = friction / normal, error / normal, "1"
+        friction, error, unit = friction[pressed] / normal, error[pressed] / normal, "1"
     level = bench.maybe("stuck_speed")
-    stuck = np.zeros(len(time), dtype=bool) if level is None else _stuck(w, level, w_error)
-    share = bench.number("fast_share")
+    stuck = np.zeros(len(motion.w), dtype=bool) if level is None else _stuck(motion.w, level, motion.w_error)
+    facts = _levels(motion, friction, bench)
+    if level is not None:
+        facts |= _slow(record.time, motion.w, stuck, level)
+    facts |= _given(record, bench, float(facts["force"]), notes)
+    return _Run(
+        record, motion.w, motion.w_error, motion.acceleration, friction, error, stuck, unit, motion.unit, notes, facts
+    )
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Speed and acceleration with their errors, the unit of the speed, and the cut-off of what smoothed them."""
+
+    w: Array
+    w_error: Array
+    acceleration: Array
+    acceleration_error: Array
+    unit: str
+    cutoff: float
+
+    def part(self, kept: Mask) -> _Motion:
+        names = ("w", "w_error", "acceleration", "acceleration_error")
+        return replace(self, **{name: getattr(self, name)[kept] for name in names})
+
+
+def _motion(record: Samples, bench: Bench) -> _Motion:
+    """The motion of a record, from its speed or its displacement."""
+    name = "velocity" if "velocity" in record else "displacement"
+    if name not in record:
+        raise InputError(f"{record.source}: a direct_force instrument needs a column of displacement or of velocity")
+    smooth, unit = jerk_spline(record.time, record[name], cutoff=bench.maybe("cutoff")), record.units[name]
+    if name == "velocity":
+        motion = _Motion(smooth.x, smooth.x_error, smooth.v, smooth.v_error, unit, smooth.cutoff)
+    else:
+        unit = "m/s" if unit == "m" else "rad/s"
+        motion = _Motion(smooth.v, smooth.v_error, smooth.a, smooth.a_error, unit, smooth.cutoff)
+    if not (np.abs(motion.w) > 0).any():
+        raise InputError(
+            f"{record.source}: nothing moves in this record, so it holds no friction of slip; take another"
+        )
+    return motion
+
+
+def _said_of_lag(record: Samples, motion: _Motion, bench: Bench) -> list[str]:
+    """What is said of a force that is late or early against the motion, if it is."""
+    lag = lag_of_force(record.time, record["force"], motion.w, motion.acceleration)
+    if lag is None:
+        return []
+    offset, unit = lag.value + (bench.maybe("clock_offset") or 0.0), record.units["force"]
+    return [
+        f"the force is {'late' if lag.value > 0 else 'early'} against the motion by {abs(lag.value):.3g} +- "
+        f"{lag.error:.1g} s: so shifted, friction over speed is one curve for speeding up and for slowing down (it "
+        f"scatters by {lag.after:.3g} {unit}, now by {lag.before:.3g} {unit}). It is a delay of the channel, which "
+        f"clock_offset = {offset:.3g} in the rig takes out, or friction that builds up over a distance at each reversal"
+    ]
+
+
+def _pressed(record: Samples, notes: list[str]) -> Mask:
+    """The samples whose normal force friction can be divided by; those that are left out are said in the notes."""
+    normal = record["normal_force"]
+    pressed: Mask = normal > LEAST_LOAD * np.quantile(np.abs(normal), 0.95)
+    if np.count_nonzero(pressed) < LEAST_SAMPLES:
+        raise InputError(
+            f"{record.source}: the normal force is above zero in {np.count_nonzero(pressed)} of {len(normal)} samples, and "
+            f"{LEAST_SAMPLES} are needed; correct its sign or its zero in the rig"
+        )
+    if not pressed.all():
+        notes.append(
+            f"{np.count_nonzero(~pressed)} of {len(normal)} samples are left out: their normal force is zero, negative or "
+            f"less than {100 * LEAST_LOAD:g} % of the largest, so that friction over normal force says nothing"
+        )
+    return pressed
+
+
+def _levels(motion: _Motion, friction: Array, bench: Bench) -> dict[str, float | str]:
+    """The friction of fast slip in either sense, and the ranges of speed and friction."""
+    w, share = motion.w, bench.number("fast_share")
     fast = bench.maybe("fast_speed")
     fast = share * float(np.max(np.abs(w))) if fast is None else fast
     forward = median_and_error(friction[w > fast])
@@ -302,7 +341,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
         "highest_speed": float(w.max()),
         "lowest_force": float(friction.min()),
         "highest_force": float(friction.max()),
-        "cutoff": smooth.cutoff,
+        "cutoff": motion.cutoff,
     }
     if not math.isnan(forward[0]) and not math.isnan(backward[0]):
         facts["force"] = (forward[0] - backward[0]) / 2
@@ -310,23 +349,34 @@ def _run(record: Samples, bench: Bench) -> _Run:
         facts["force_error"] = math.hypot(forward[1], backward[1]) / 2
     else:
         facts["force"], facts["force_error"] = forward if not math.isnan(forward[0]) else backward
-    if level is not None:
-        share = float(np.average(stuck[:-1], weights=np.diff(time)))
-        facts["stuck_share"] = share
-        facts["slow_share"] = float(np.mean(np.abs(w) < level))
-        line = main_line(w, float(np.mean(np.diff(time))))
-        facts["main_line"], facts["main_line_error"] = line.frequency, line.error
-        facts["regime"] = regime_of_slip(w, share, share > 0.02, level)
+    return facts
+
+
+def _slow(time: Array, w: Array, stuck: Mask, level: float) -> dict[str, float | str]:
+    """What slip below the speed of a stick says of the regime."""
+    share = float(np.average(stuck[:-1], weights=np.diff(time)))
+    line = main_line(w, float(np.mean(np.diff(time))))
+    return {
+        "stuck_share": share,
+        "slow_share": float(np.mean(np.abs(w) < level)),
+        "main_line": line.frequency,
+        "main_line_error": line.error,
+        "regime": regime_of_slip(w, share, share > 0.02, level),
+    }
+
+
+def _given(record: Samples, bench: Bench, force: float, notes: list[str]) -> dict[str, float | str]:
+    """What the rig and further columns say, the pull of actuators beside the friction `force`."""
+    facts: dict[str, float | str] = {}
     actuators = [record[name] for name in ("actuator_1", "actuator_2") if name in record]
     if actuators:
         pull = float(np.mean(sum(actuators)))
         facts["actuator_force"] = pull
         notes.append(
-            f"the actuators pull with {pull:.4g} N together in the mean; friction is "
-            f"{float(facts['force']) / pull:.3g} times that"
+            f"the actuators pull with {pull:.4g} N together in the mean; friction is {force / pull:.3g} times that"
         )
     if "normal_force" not in record:
-        facts["subtracted_inertia"] = inertia
+        facts["subtracted_inertia"] = bench.number("inertia")
     for name in OSCILLATOR:
         if bench.maybe(name):
             facts[name] = bench.number(name)
@@ -337,7 +387,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
         if not seen.all():
             missing = 100 * np.mean(~seen)
             notes.append(f"the drive's speed has drop-outs in {missing:.1f} % of the samples; they are masked")
-    return _Run(record, w, w_error, acceleration, friction, error, stuck, unit, speed_unit, notes, facts)
+    return facts
 
 
 def _stuck(w: Array, level: float, error: Array) -> Mask:
