@@ -31,7 +31,7 @@ from stickslip.measurement.consistency import (
 )
 from stickslip.measurement.disturbances.ripple import Shaken, find_ripple, refined_ripple, said_of, without
 from stickslip.measurement.disturbances.zero_drift import said_of_drift, zero_drift
-from stickslip.measurement.disturbances.zero_jump import said_of_jumps, zero_error, zero_jumps
+from stickslip.measurement.disturbances.zero_jump import ZeroJump, said_of_jumps, zero_error, zero_jumps
 from stickslip.measurement.force import Friction, fit_pieces, friction_force
 from stickslip.measurement.hidden_fall import with_hidden_fall
 from stickslip.measurement.instruments import INSTRUMENTS, Bench
@@ -212,52 +212,16 @@ class _Found:
 
 def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     notes = list(record.notes)
-    signal = (without_mains(record, rig, notes) - rig.rest) * rig.force_unit
     o = OscillatorConstants(rig.inertia, rig.damping, rig.stiffness, rig.drive_velocity)
-    spring = rig.instrument == "spring_force"
-    x = signal / o.stiffness if spring else signal
-    per_reading = rig.force_unit * (1.0 if spring else o.stiffness)  # force of a unit of the readings
-    time = record.time
-    if float(np.ptp(x)) < 1e-100:
-        raise InputError(f"{record.source}: column {rig.column!r} is constant; there is no motion in it to measure")
-    check_sampling(record, rig)
-    known_noise = None if rig.noise is None else rig.noise * abs(rig.force_unit) / (o.stiffness if spring else 1.0)
-    weight = np.ones(len(x)) if record.weight is None else record.weight.copy()
-    noise, least = known_noise or noise_level(x, weight), LEAST_NOISE * float(np.ptp(x))
-    beyond = clipped(x, max(noise, least))
-    if beyond.any():
-        weight[beyond] = 0.0
-        noise = known_noise or noise_level(x, weight)
-        notes.append(
-            f"{np.count_nonzero(beyond)} samples ({100 * beyond.mean():.1f} %) stand at the end of the instrument's range: "
-            "it was saturated there; they were left out, and break-aways among them are not seen; widen the range"
-        )
-    if noise < least:
-        noise = least
-        notes.append(
-            f"the samples scatter by less than {LEAST_NOISE:g} of their range, as those of a simulated record do: noise of "
-            "that size was taken, and the errors are those it makes"
-        )
-    spikes = impulses(x, noise)
-    lone = spikes & ~np.roll(spikes, 1) & ~np.roll(spikes, -1)  # the two samples beside a jump look like impulses
-    turn = math.sqrt(o.stiffness / o.mass) * record.step
-    jumps = zero_jumps(x, np.where(lone, 0.0, weight), noise, turn)
-    if spikes.any():
-        weight[spikes] = 0.0
-        notes.append(
-            f"{np.count_nonzero(spikes)} isolated impulses ({100 * spikes.mean():.1f} % of the samples) were left out"
-        )
+    seen = _seen(record, rig, o, notes)
+    time, x, weight, noise = record.time, seen.x, seen.weight, seen.noise
 
     presmoothed = presmooth(time, x, weight, o, noise)
     flanks = find_flanks(presmoothed, 0.0)  # every fall that stands clear of the noise
 
     check_rise(record, rig, presmoothed, flanks)
-    if jumps:
-        edges = [0, *(jump.index for jump in jumps), len(x)]
-        part = max((slice(*pair) for pair in pairwise(edges)), key=lambda one: one.stop - one.start)
-        stopped = [said_of_jumps(jumps, time, part, o.stiffness, "" if rig.unit == "1" else " N")]
-        if part.stop - part.start < LEAST_SAMPLES:
-            raise InputError(f"{record.source}: {stopped[0]}; that is too short, give a longer record")
+    if seen.jumps:
+        part, stopped = _between_jumps(record, rig, o, seen.jumps)
     else:
         part, stopped = while_driven(record, o, presmoothed, flanks)
     if not stopped:
@@ -266,18 +230,18 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         weights = None if record.weight is None else record.weight[part]
         driven = replace(record, time=time[part], signal=record.signal[part], weight=weights)
         found = _measure(replace(driven, notes=(*record.notes, *stopped)), rig, alone)
-        if jumps:
-            found.friction = _with_common(found.friction, o.stiffness * zero_error(jumps))
+        if seen.jumps:
+            found.friction = _with_common(found.friction, o.stiffness * zero_error(seen.jumps))
         return found
 
     # the spring and the drive as the sticks show them
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
-    pixel = None if record.pixel is None else record.pixel * abs(rig.force_unit) / (o.stiffness if spring else 1.0)
+    pixel = None if record.pixel is None else record.pixel * abs(rig.force_unit) / seen.stiffness
     still, shaken = _without_ripple(stated, rig, pixel)
     trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
     if shaken is not None or not rigid:
         # what looks like a ripple or like creep may be noise that is slow
-        coloured = _coloured(stated, rig, known_noise, least, notes)
+        coloured = _coloured(stated, rig, seen.known_noise, seen.least, notes)
         if coloured is not stated:
             stated = coloured
             still, shaken = _without_ripple(stated, rig, pixel)
@@ -320,16 +284,14 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
             f"a sudden break-away is {delay:.2g} s earlier, which the errors of break-aways hold unless they scatter far more"
         )
     notes += [*overtaking(friction, presmoothed.rate_error), *unlike_stated_noise(friction, record, rig)]
-    if sticks and (coarse := coarse_step(record.signal[weight > 0], friction.noise * o.stiffness / abs(per_reading))):
-        # each stick meets the same steps, so the error of the level of one is that of all
-        stuck = max(np.count_nonzero(friction.stuck) / len(sticks), 1.0)
-        common = abs(per_reading) * coarse / math.sqrt(12 * stuck)
-        friction = _with_common(friction, common)
-        notes.append(
-            f"the readings come in steps of {coarse:.3g} {rig.unit}, coarser than the noise: lines and creep smaller than "
-            f"a step may come of it; the errors of all forces hold {common:.2g}{'' if rig.unit == '1' else ' N'} for it; "
-            "a finer range or noise of half a step evens it out"
-        )
+    if sticks:
+        per_reading = abs(rig.force_unit) * (o.stiffness / seen.stiffness)
+        if coarse := coarse_step(record.signal[weight > 0], friction.noise * o.stiffness / per_reading):
+            # each stick meets the same steps, so the error of the level of one is that of all
+            stuck = max(np.count_nonzero(friction.stuck) / len(sticks), 1.0)
+            common = per_reading * coarse / math.sqrt(12 * stuck)
+            friction = _with_common(friction, common)
+            notes.append(_said_of_steps(coarse, common, rig))
     if sticks and (drift := zero_drift(presmoothed, flanks)):
         friction = _with_common(friction, o.stiffness * drift.size / 2)
         notes.append(said_of_drift(drift, o.stiffness, "" if rig.unit == "1" else " N"))
@@ -357,7 +319,84 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     ends = np.array([stick.end for stick in sticks])
     if word == "stick_slip" and ends.size >= 3:
         line = draft.line(friction.slip_acceleration, 1 / float(np.median(np.diff(ends))))
-    return _Found(friction, sticks, rigid, slow, line, word, notes, int(np.count_nonzero(beyond)))
+    return _Found(friction, sticks, rigid, slow, line, word, notes, seen.saturated)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """The extension of the spring that a record tells.
+
+    Attributes
+    ----------
+    x, weight : of each sample, m, and 0 where it is no reading.
+    noise : standard deviation of the samples, at least `least`; `known_noise` that of the rig.
+    stiffness : force or extension that the readings are, per extension.
+    saturated : samples at the end of the range; `jumps` of the zero.
+    """
+
+    x: Array
+    weight: Array
+    noise: float
+    least: float
+    known_noise: float | None
+    stiffness: float
+    saturated: int
+    jumps: list[ZeroJump]
+
+
+def _seen(record: Record, rig: Rig, o: OscillatorConstants, notes: list[str]) -> _Seen:
+    """The readings as extensions; what is left out of them is said in the notes."""
+    signal = (without_mains(record, rig, notes) - rig.rest) * rig.force_unit
+    stiffness = o.stiffness if rig.instrument == "spring_force" else 1.0
+    x = signal / stiffness
+    if float(np.ptp(x)) < 1e-100:
+        raise InputError(f"{record.source}: column {rig.column!r} is constant; there is no motion in it to measure")
+    check_sampling(record, rig)
+    known_noise = None if rig.noise is None else rig.noise * abs(rig.force_unit) / stiffness
+    weight = np.ones(len(x)) if record.weight is None else record.weight.copy()
+    noise, least = known_noise or noise_level(x, weight), LEAST_NOISE * float(np.ptp(x))
+    beyond = clipped(x, max(noise, least))
+    if beyond.any():
+        weight[beyond] = 0.0
+        noise = known_noise or noise_level(x, weight)
+        notes.append(
+            f"{np.count_nonzero(beyond)} samples ({100 * beyond.mean():.1f} %) stand at the end of the instrument's range: "
+            "it was saturated there; they were left out, and break-aways among them are not seen; widen the range"
+        )
+    if noise < least:
+        noise = least
+        notes.append(
+            f"the samples scatter by less than {LEAST_NOISE:g} of their range, as those of a simulated record do: noise of "
+            "that size was taken, and the errors are those it makes"
+        )
+    spikes = impulses(x, noise)
+    lone = spikes & ~np.roll(spikes, 1) & ~np.roll(spikes, -1)  # the two samples beside a jump look like impulses
+    turn = math.sqrt(o.stiffness / o.mass) * record.step
+    jumps = zero_jumps(x, np.where(lone, 0.0, weight), noise, turn)
+    if spikes.any():
+        weight[spikes] = 0.0
+        notes.append(
+            f"{np.count_nonzero(spikes)} isolated impulses ({100 * spikes.mean():.1f} % of the samples) were left out"
+        )
+    return _Seen(x, weight, noise, least, known_noise, stiffness, int(np.count_nonzero(beyond)), jumps)
+
+
+def _between_jumps(record: Record, rig: Rig, o: OscillatorConstants, jumps: list[ZeroJump]) -> tuple[slice, list[str]]:
+    """The longest part of a record in which the zero stays, and the sentence on the jumps."""
+    edges = [0, *(jump.index for jump in jumps), len(record.time)]
+    part = max((slice(*pair) for pair in pairwise(edges)), key=lambda one: one.stop - one.start)
+    said = said_of_jumps(jumps, record.time, part, o.stiffness, "" if rig.unit == "1" else " N")
+    if part.stop - part.start < LEAST_SAMPLES:
+        raise InputError(f"{record.source}: {said}; that is too short, give a longer record")
+    return part, [said]
+
+
+def _said_of_steps(coarse: float, common: float, rig: Rig) -> str:
+    return (
+        f"the readings come in steps of {coarse:.3g} {rig.unit}, coarser than the noise: lines and creep smaller than "
+        f"a step may come of it; the errors of all forces hold {common:.2g}{'' if rig.unit == '1' else ' N'} for it; "
+        "a finer range or noise of half a step evens it out"
+    )
 
 
 def _with_common(friction: Friction, error: float) -> Friction:
