@@ -6,7 +6,7 @@ import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -27,6 +27,8 @@ from stickslip.files.notebook import waiting
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 _SMALLEST, _LARGEST = 1e-5, 0.04
+#: The longest step to a boundary or a flip at which a branch may end.
+_NEAR = 1e-3
 #: Where the next cycle is lost that repels more strongly than by this multiplier a branch ends: smaller steps only creep
 #: towards a tangency at which it grows beyond all bounds.
 _REPELS = 1e3
@@ -38,6 +40,20 @@ _POINT = 0.02
 
 class _Vanished(Exception):
     """A cycle is a point on the way."""
+
+
+class _Closer(Exception):
+    """A step is to be tried again, so many times as short."""
+
+    def __init__(self, parts: int) -> None:
+        self.parts = parts
+
+
+class _End(Exception):
+    """A branch ends, with the reason."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
 
 
 @dataclass
@@ -73,9 +89,8 @@ class Walk:
 
     def _go(self, point: Point) -> str:
         """Add the points; why they end."""
-        low, high = self.family.ranges[0]
         self._add(point)
-        largest = self._size()
+        self._largest = self._size()
         step = 0.01
         while len(self.branch.values) < self.most:
             self._say(len(self.branch.values), self.most)
@@ -83,84 +98,94 @@ class Walk:
                 self.branch.cut = "max_seconds"
                 return self.branch.cut
             try:
-                ahead = stepped(point, self.family, step)
-            except Lost:
-                ahead = None
-            if ahead is None or not consistent(ahead.here):
-                if self._size() < 0.1 * self._usual(point, largest) and self._shrunk(point):
-                    return "point"
-                if self._unstuck(point):
-                    return "vanishing_stick"
-                boundary = switching_boundaries.nearest(point, ahead, step, self.family)
-                if boundary is not None and step > 1e-3:
-                    # Closer first: a fold may lie before it.
-                    step /= 4
-                    continue
-                if boundary is not None:
-                    past = self._cross(point, *boundary)
-                    if past is None or self.met(unchecked(past.here), float(past.values[0])):
-                        return self.branch.special_points[-1].kind
-                    try:
-                        self._add(past)
-                    except InputError:
-                        return "lost"
-                    point, step = past, 0.003
-                    continue
-                step /= 2
-                if step < _SMALLEST or self.branch.multiplier[-1] > _REPELS:
-                    return "lost"
-                continue
-            if self._through_a_point(point, ahead):
-                if self._still_away(point, largest, step):
-                    step /= 4
-                    continue
-                self._shrunk(point)
-                return "point"
-            if float(point.direction @ ahead.direction) < 0.9 and step > 20 * _SMALLEST:
-                step /= 2
-                continue
-            halved = halving(point, ahead, self.family)
-            if halved is not None and step > 1e-3:
-                # Closer first: a fold may lie before it.
-                step /= 4
-                continue
-            if halved is not None:
-                flip, end = halved
-                self._special("flip", flip)
-                self._add(end)
-                return "flip"
-            closing = self._closing(point, ahead, step)
-            if closing is not None:
-                share, first = closing
-                self._between(point, first, share * step)
-                self._add(first)
-                self.branch.closed = True
-                return "closed"
-            if self._between(point, ahead, step):
-                if self._still_away(point, largest, step):
-                    step /= 4
-                    continue
-                self._shrunk(point)
-                return "point"
-            if not low <= ahead.values[0] <= high:
-                self._finish(point, low if ahead.values[0] < low else high)
-                return "bounds"
-            try:
-                self._add(ahead)
-            except InputError:
-                # Beside a tangency even the orbit that was just closed may not be followed again.
-                step /= 2
+                point, step = self._next(point, step)
+            except _Closer as closer:
+                step /= closer.parts
                 if step < _SMALLEST:
                     return "lost"
-                continue
-            point = ahead
-            if point.here.forcing_periods == 0 and self._size() < _POINT * self._usual(point, largest):
-                self._shrunk(point)
-                return "point"
-            largest = max(largest, self._size())
-            step = min(step * 1.4, _LARGEST)
+            except _End as end:
+                return end.reason
         self.branch.cut = "most"
         return self.branch.cut
+
+    def _next(self, point: Point, step: float) -> tuple[Point, float]:
+        """Add the next point: this point and the step from it on.
+
+        Raises
+        ------
+        _Closer, _End
+            where a shorter step is to be tried, and where the branch ends.
+        """
+        try:
+            ahead = stepped(point, self.family, step)
+        except Lost:
+            ahead = None
+        if ahead is None or not consistent(ahead.here):
+            return self._past_a_boundary(point, ahead, step), 0.003
+        if self._through_a_point(point, ahead):
+            self._end_in_a_point(point, step)
+        if float(point.direction @ ahead.direction) < 0.9 and step > 20 * _SMALLEST:
+            raise _Closer(2)
+        halved = halving(point, ahead, self.family)
+        if halved is not None:
+            # Closer first: a fold may lie before it.
+            if step > _NEAR:
+                raise _Closer(4)
+            flip, end = halved
+            self._special("flip", flip)
+            self._add(end)
+            raise _End("flip")
+        closing = self._closing(point, ahead, step)
+        if closing is not None:
+            share, first = closing
+            self._between(point, first, share * step)
+            self._add(first)
+            self.branch.closed = True
+            raise _End("closed")
+        if self._between(point, ahead, step):
+            self._end_in_a_point(point, step)
+        low, high = self.family.ranges[0]
+        if not low <= ahead.values[0] <= high:
+            self._finish(point, low if ahead.values[0] < low else high)
+            raise _End("bounds")
+        try:
+            self._add(ahead)
+        except InputError:
+            # Beside a tangency even the orbit that was just closed may not be followed again.
+            raise _Closer(2) from None
+        if ahead.here.forcing_periods == 0 and self._size() < _POINT * self._usual(ahead):
+            self._shrunk(ahead)
+            raise _End("point")
+        self._largest = max(self._largest, self._size())
+        return ahead, min(step * 1.4, _LARGEST)
+
+    def _past_a_boundary(self, point: Point, ahead: Point | None, step: float) -> Point:
+        """Add the first point beyond what ends the event sequence on the way."""
+        if self._size() < 0.1 * self._usual(point) and self._shrunk(point):
+            raise _End("point")
+        if self._unstuck(point):
+            raise _End("vanishing_stick")
+        boundary = switching_boundaries.nearest(point, ahead, step, self.family)
+        if boundary is None:
+            raise _End("lost") if self.branch.multiplier[-1] > _REPELS else _Closer(2)
+        # Closer first: a fold may lie before it.
+        if step > _NEAR:
+            raise _Closer(4)
+        past = self._cross(point, *boundary)
+        if past is None or self.met(unchecked(past.here), float(past.values[0])):
+            raise _End(self.branch.special_points[-1].kind)
+        try:
+            self._add(past)
+        except InputError:
+            raise _End("lost") from None
+        return past
+
+    def _end_in_a_point(self, point: Point, step: float) -> NoReturn:
+        """The cycle is a point before the end of the step: go closer first, so that the branch reaches to its end."""
+        if self._size() > _POINT * self._usual(point) and step > 20 * _SMALLEST:
+            raise _Closer(4)
+        self._shrunk(point)
+        raise _End("point")
 
     def _closing(self, point: Point, ahead: Point, step: float) -> tuple[float, Point] | None:
         """The first point of the branch where it lies between two points, and at which share of the step."""
@@ -187,20 +212,15 @@ class Walk:
     def _add(self, point: Point) -> None:
         self.branch.add(finished(point.here, 0), float(point.values[0]))
 
-    def _still_away(self, point: Point, largest: float, step: float) -> bool:
-        """Whether to go closer to where the cycle is a point first, so that the branch reaches to its end."""
-        return self._size() > _POINT * self._usual(point, largest) and step > 20 * _SMALLEST
-
-    @staticmethod
-    def _usual(point: Point, largest: float) -> float:
+    def _usual(self, point: Point) -> float:
         """What a cycle that is about to be a point is small beside: the largest of the branch, and the way of the drive.
 
         A cycle that sticks or nearly does is as fast as the drive, however slow that is.
         """
         if point.here.forcing_periods:
-            return largest
+            return self._largest
         way = fastest_drive(point.here.sequence.system) * point.here.period / math.pi
-        return min(largest, way) if way > 0 else largest
+        return min(self._largest, way) if way > 0 else self._largest
 
     @staticmethod
     def _through_a_point(point: Point, ahead: Point) -> bool:
