@@ -71,6 +71,19 @@ def test_a_low_pass_before_the_converter_is_said_and_held_by_the_errors(orbit, f
     assert held(friction)[0]
 
 
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_low_pass_that_only_the_noise_shows_is_held_and_makes_no_law(orbit, seed):
+    rng = np.random.default_rng(seed)
+    x = seen(orbit, lambda fine: low_pass(40)(fine + 1e-4 * rng.standard_normal(fine.size)))
+    friction = measured(x)
+    (note,) = said(friction, "the noise is alike over")
+    assert float(note.split("low-pass of some ")[1].split()[0]) == pytest.approx(40, rel=0.5)
+    law = identify(friction)
+    assert type(law.law).__name__ == "StaticKinetic"  # what the filter makes of the jumps is no curve of friction
+    assert law.parameters.loc["break_away", "low"] < LIMIT < law.parameters.loc["break_away", "high"]
+    assert law.parameters.loc["kinetic", "value"] == pytest.approx(KINETIC, rel=0.002)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("steps", [20, 50])
 def test_steps_coarser_than_the_noise_are_said_and_in_what_all_forces_share(orbit, steps):

@@ -49,8 +49,8 @@ class FrictionRecord(InNotebook):
     break_away : table with `ROWS` and their errors, one row per break-away; may be empty. Its forces count in the sense of
         the slip that follows.
     constants : what is known of ``mass`` (the inertia), ``damping``, ``stiffness``, ``drive_velocity``, ``weight``, and
-        ``late``, the standard error by which all its break-aways may be seen early or late together, and ``common``, that
-        which all its forces share.
+        ``late``, the standard error by which all its break-aways may be seen early or late together, ``common``, that which
+        all its forces share, and ``low_pass``, the time constant of a filter ahead of the converter.
     attrs : the provenance of the record.
     displacement : of the mass, shape (n,), where it is known.
     recorded : the displacement as the instrument gave it, its noise white, shape (n,), NaN where a sample was left out; where
@@ -413,6 +413,7 @@ def _constants(attrs: Mapping[Any, Any]) -> dict[str, float]:
         "slip_cutoff": ("slip_cutoff",),
         "late": ("break_away_late",),
         "common": ("force_common",),
+        "low_pass": ("low_pass",),
     }.items():
         for key in keys:
             try:

@@ -43,7 +43,7 @@ from stickslip.measurement.regime import intermittence, nearly_sticks, regime, s
 from stickslip.measurement.rigs.chain import Chain, pull_together
 from stickslip.measurement.rigs.rig import TURNS, Rig
 from stickslip.measurement.rigs.rig_file import load_rig
-from stickslip.measurement.signals.coloured_noise import noise_colour
+from stickslip.measurement.signals.coloured_noise import Colour, noise_colour
 from stickslip.measurement.signals.converter_steps import coarse_step
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level, stretches
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
@@ -76,6 +76,9 @@ UNSEEN = 2.0
 
 FELT = 1 / 3
 """Of the scatter of the extensions at which masses break away: a common shift that is less is left out."""
+
+FILTERED = 0.3
+"""Noise of which more than this share is coloured came through a filter, as the signal did; the converter's own is white."""
 
 EVENT_DIMENSIONS = {"t": "time", "stick_time": "time", "force_rate": "force time^-1"}
 """Of the columns of a table of break-aways; the others are forces."""
@@ -112,6 +115,7 @@ def measure(
     `main_line` and `main_line_error` (Hz), `slow_share` (of the time with |w| < 0.2 V) and `stuck_share`, and the constants
     that were used: `stiffness`, `mass`, `damping`, `drive_velocity`, `inertia`, `weight`; `break_away_late`, the
     standard error in s by which all break-aways of the record may be early or late together (it is in their errors too);
+    `low_pass`, the time constant in s of a filter ahead of the converter that the noise shows, 0 where it shows none;
     `force_common`, the standard error that all forces of the record share (it is in `force_error` too);
     `scale_error`, the relative error that all lengths share, where a motion states one; for other instruments the names
     in `facts`.
@@ -239,9 +243,10 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     pixel = None if record.pixel is None else record.pixel * abs(rig.force_unit) / seen.stiffness
     still, shaken = _without_ripple(stated, rig, pixel)
     trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
-    if shaken is not None or not rigid:
+    colour = _colour(stated, rig, seen.least)
+    if colour is not None and (shaken is not None or not rigid):
         # what looks like a ripple or like creep may be noise that is slow
-        coloured = _coloured(stated, rig, seen.known_noise, seen.least, notes)
+        coloured = _coloured(stated, rig, colour, seen.known_noise, notes)
         if coloured is not stated:
             stated = coloured
             still, shaken = _without_ripple(stated, rig, pixel)
@@ -296,6 +301,13 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         friction = _with_common(friction, o.stiffness * drift.size / 2)
         notes.append(said_of_drift(drift, o.stiffness, "" if rig.unit == "1" else " N"))
     notes += filtered(friction)
+    if sticks and colour is not None and colour.share > FILTERED:
+        friction = _behind_low_pass(friction, sticks, -record.step / math.log(colour.correlation))
+        notes.append(
+            f"the noise is alike over {friction.low_pass / record.step:.2g} samples, as behind a low-pass of some "
+            f"{1 / (2 * math.pi * friction.low_pass):.2g} Hz ahead of the converter: that shifts break-aways and smears the "
+            "force beside them and beside captures, which the errors hold; take it out, or sample it far above the slips"
+        )
     if few:  # so few samples place all break-aways alike
         friction = replace(friction, late=math.hypot(friction.late, BLUR * record.step))
     if sticks and not rigid:
@@ -406,22 +418,44 @@ def _with_common(friction: Friction, error: float) -> Friction:
     )
 
 
-def _coloured(draft: Draft, rig: Rig, known_noise: float | None, least: float, notes: list[str]) -> Draft:
-    """The draft with the density of its noise, where that is coloured, and a note; as it is where it is white.
+def _behind_low_pass(friction: Friction, sticks: list[Stick], lasting: float) -> Friction:
+    """With errors that hold what a low-pass of the first order with this time constant does.
 
-    The noise is that in the middle halves of the rises before the large falls, a ripple taken out.
+    It shifts all break-aways alike, and leaves exp(-t / lasting) of a jump of friction after a time t. Captures are placed
+    where the smeared motion ends, so as much goes ahead of them.
     """
+    slips, ends = ~friction.stuck, [stick.end for stick in sticks if stick.ends]
+    smeared = np.zeros(len(friction.time))
+    if ends and slips.any():
+        events = np.array([t for stick in sticks for t in (stick.start, stick.end)])
+        away = np.abs(friction.time[slips, None] - events).min(axis=1)
+        jump = float(np.median(np.interp(ends, friction.time, friction.force)) - np.median(friction.force[slips]))
+        smeared[slips] = jump * np.exp(-away / lasting)
+    return replace(
+        friction,
+        late=math.hypot(friction.late, lasting / math.sqrt(3)),
+        force_error=np.hypot(friction.force_error, smeared),
+        low_pass=lasting,
+    )
+
+
+def _colour(draft: Draft, rig: Rig, least: float) -> Colour | None:
+    """That of the noise in the middle halves of the rises before the large falls, a ripple taken out; None of white noise."""
     x, weight, time, presmoothed = draft.extension, draft.weight, draft.time, draft.presmoothed
     if not len(draft.flanks.drops):
-        return draft
+        return None
     rises = rises_before(presmoothed.extension, LARGE * float(draft.flanks.drops.max()))
     stretches = [(a + (b - a) // 4, b - (b - a) // 4) for a, b in rises]
     colour = noise_colour(x, weight, stretches)
     sticks = [Stick(time[a], time[b], 0.0, 0.0) for a, b in rises]
     if colour and (ripple := find_ripple(time, x, weight, sticks, draft.noise, rig.mains_frequency)):
         colour = noise_colour(x - ripple.at(time), weight, stretches)
-    if colour is None or colour.deviation < least:
-        return draft
+    return None if colour is None or colour.deviation < least else colour
+
+
+def _coloured(draft: Draft, rig: Rig, colour: Colour, known_noise: float | None, notes: list[str]) -> Draft:
+    """The draft with the density of its noise, and a note."""
+    x, weight, time = draft.extension, draft.weight, draft.time
     deviation = known_noise or colour.deviation
     noise = deviation * math.sqrt(colour.count)
     unit = "" if rig.unit == "1" else " m"
@@ -590,6 +624,7 @@ def _tree(record: Record, rig: Rig, found: _Found) -> xr.DataTree:
         "weight": math.nan if rig.units == TURNS else rig.mass * rig.gravity,
         "noise": f.noise,
         "break_away_late": f.late,
+        "low_pass": f.low_pass,
         "force_common": f.common,
         "slip_cutoff": f.cutoff.get("slip", math.nan),
         "creep_cutoff": f.cutoff.get("creep", math.nan),

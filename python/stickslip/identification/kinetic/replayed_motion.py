@@ -32,6 +32,8 @@ Mask = npt.NDArray[np.bool_]
 
 FEWEST = 12
 """Samples a stretch must have to be compared."""
+SMEARED = 4.0
+"""Time constants of a filter after which less than a fiftieth of a jump is left."""
 AT_REST = 3.0
 """Slip velocities below that many standard errors."""
 SENSE = 4.0
@@ -390,6 +392,9 @@ def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, la
     stated = record.slip_velocity_error
     # Where w is not told apart from rest, whether it slips, and which way, is not known either.
     hidden = np.asarray(speed[first:last] < AT_REST * (noise if stated is None else stated[first:last]))
+    # A filter smears the jumps of friction beside the ends of a slip.
+    smeared = min(SMEARED * record.constants.get("low_pass", 0.0) / record.step, (last - first) / 3)
+    hidden |= np.minimum(np.arange(last - first), np.arange(last - first)[::-1]) < smeared
     if noise == 0:
         return hidden
     climbs: list[tuple[int, int, int]] = []
