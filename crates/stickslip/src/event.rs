@@ -14,7 +14,7 @@ mod search;
 mod slip;
 
 pub use end_of_stick::{end_of_hold, end_of_stick};
-pub use slip::{Arrival, end_of_slip};
+pub use slip::{Arrival, SlipPhase, end_of_slip};
 
 /// What finding events has cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,10 +7,10 @@
 use std::f64::consts::PI;
 
 use super::search::{integral, polynomial, rounding_of};
-use super::{Arrival, Start};
+use super::{Arrival, SlipPhase, Start};
 use crate::elementary::angle;
-use crate::flow::exact::{Decay, Slip};
-use crate::law::{End, Piece};
+use crate::flow::exact::Decay;
+use crate::law::End;
 use crate::series::INVERSE;
 use crate::watch::Watched;
 
@@ -28,9 +28,8 @@ const SLOW: f64 = 0.3;
 
 /// The slip speed about its rest value: its value and rate at the start, and its coefficients and those of its rate.
 pub(super) struct Direct<'a, const H: usize> {
-    slip: &'a Slip<H>,
+    phase: &'a SlipPhase<'a, H>,
     decay: &'a Decay,
-    direction: f64,
     value: f64,
     rate: f64,
     u: [f64; 2],
@@ -63,18 +62,17 @@ fn root(coefficients: &[f64], target: f64, mut step: f64, settled: f64) -> Optio
 }
 
 impl<'a, const H: usize> Direct<'a, H> {
-    pub(super) fn new(slip: &'a Slip<H>, direction: f64, start: Start) -> Self {
-        let decay = &slip.decay;
-        let mut u = slip.v.free.map(|value| -direction * value);
+    pub(super) fn new(phase: &'a SlipPhase<'a, H>) -> Self {
+        let decay = &phase.slip.decay;
+        let mut u = phase.slip.v.free.map(|value| -phase.direction * value);
         let value = decay.start(u);
-        if start == Start::Reversal {
+        if phase.start == Start::Reversal {
             u = decay.coefficients(value, 0.0);
         }
         let du = decay.derivative(u);
         Self {
-            slip,
+            phase,
             decay,
-            direction,
             value,
             rate: decay.start(du),
             u,
@@ -82,15 +80,10 @@ impl<'a, const H: usize> Direct<'a, H> {
         }
     }
 
-    /// When and how slip along `piece` ends, if that is found at once.
-    pub(super) fn end(
-        &self,
-        drive_velocity: f64,
-        piece: &Piece,
-        start: Start,
-        work: &mut Watched,
-    ) -> Option<Arrival> {
-        let rest = self.direction * drive_velocity;
+    /// When and how the phase ends, if that is found at once.
+    pub(super) fn end(&self, work: &mut Watched) -> Option<Arrival> {
+        let SlipPhase { piece, start, .. } = *self.phase;
+        let rest = self.phase.direction * self.phase.drive_velocity;
         let (low, high) = (piece.low - rest, piece.high - rest);
         let curvature = -2.0 * self.decay.gamma * self.rate - self.decay.natural_squared * self.value;
         let sense = if start == Start::Reversal {
@@ -144,8 +137,13 @@ impl<'a, const H: usize> Direct<'a, H> {
             return None;
         }
         if t < EXACT * unit && near {
-            let start = self.slip.start;
-            return Some(self.arrive(t, end, start - self.direction * integral(&polynomial, t), target));
+            let start = self.phase.slip.start;
+            return Some(self.arrive(
+                t,
+                end,
+                start - self.phase.direction * integral(&polynomial, t),
+                target,
+            ));
         }
         let turns = if self.decay.oscillates() {
             PI
@@ -209,7 +207,7 @@ impl<'a, const H: usize> Direct<'a, H> {
                 return None;
             }
             work.evaluations += 1;
-            let basis = self.slip.basis(t);
+            let basis = self.phase.slip.basis(t);
             let value = self.u[0] * basis.c + self.u[1] * basis.s;
             let rate = self.du[0] * basis.c + self.du[1] * basis.s;
             let curvature = -2.0 * decay.gamma * rate - decay.natural_squared * value;
@@ -219,7 +217,7 @@ impl<'a, const H: usize> Direct<'a, H> {
             let (half, third) = (newton * curvature, newton * newton * jerk);
             let step = newton * (rate + 0.5 * half) / (rate + half + third * (1.0 / 6.0));
             let far = step.abs() * fastest;
-            let x = self.slip.position(t, &basis);
+            let x = self.phase.slip.position(t, &basis);
             // Householder's step can vanish far from any root: what it leaves must be rounding.
             let left = value - target + step * (rate + step * (0.5 * curvature + step * (1.0 / 6.0) * jerk));
             let rounding = rounding_of([self.u[0] * basis.c, self.u[1] * basis.s, target]);
@@ -245,7 +243,7 @@ impl<'a, const H: usize> Direct<'a, H> {
             };
             t += step;
             return (slope * sense > 0.0 && t * decay.omega < angle)
-                .then(|| self.arrive(t, end, x - self.direction * travel, target));
+                .then(|| self.arrive(t, end, x - self.phase.direction * travel, target));
         }
         None
     }
@@ -256,7 +254,7 @@ impl<'a, const H: usize> Direct<'a, H> {
             t,
             end,
             x,
-            v: -self.direction * speed,
+            v: -self.phase.direction * speed,
         }
     }
 }

@@ -3,47 +3,42 @@
 
 use super::direct::Direct;
 use super::search::{ROUNDING, rounding_of};
-use super::{Arrival, Start};
+use super::{Arrival, SlipPhase};
 use crate::elementary::{acos, atan2, atanh, exp, ln};
-use crate::flow::exact::{Basis, Signal, Slip};
-use crate::law::{End, Piece};
+use crate::flow::exact::{Basis, Signal};
+use crate::law::End;
 use crate::watch::Watched;
 
 /// The slip speed as seen by the search.
 struct Search<'a, 'w, const H: usize> {
-    slip: &'a Slip<H>,
-    direction: f64,
+    phase: &'a SlipPhase<'a, H>,
     u: Signal<H>,
     du: Signal<H>,
     ddu: Signal<H>,
     work: &'a mut Watched<'w>,
 }
 
-/// When and how slip along `piece` ends within `horizon`, if it does.
+/// When and how `phase` ends within `horizon`, if it does.
 pub(super) fn end_of_free_slip<const H: usize>(
-    slip: &Slip<H>,
-    direction: f64,
-    drive_velocity: f64,
-    piece: &Piece,
-    start: Start,
+    phase: &SlipPhase<H>,
     horizon: f64,
     work: &mut Watched,
 ) -> Option<Arrival> {
-    if let Some(arrival) = Direct::new(slip, direction, start).end(drive_velocity, piece, start, work) {
+    if let Some(arrival) = Direct::new(phase).end(work) {
         return (arrival.t < horizon).then_some(arrival);
     }
-    Search::new(slip, direction, drive_velocity, work)
-        .between_extrema(piece, start, horizon)
+    Search::new(phase, work)
+        .between_extrema(horizon)
         .filter(|arrival| arrival.t < horizon)
 }
 
 impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
-    fn new(slip: &'a Slip<H>, direction: f64, drive_velocity: f64, work: &'a mut Watched<'w>) -> Self {
-        let u = slip.speed(direction, drive_velocity);
+    fn new(phase: &'a SlipPhase<'a, H>, work: &'a mut Watched<'w>) -> Self {
+        let slip = phase.slip;
+        let u = slip.speed(phase.direction, phase.drive_velocity);
         let du = u.derivative(&slip.decay, &slip.frequency);
         Self {
-            slip,
-            direction,
+            phase,
             u,
             du,
             ddu: du.derivative(&slip.decay, &slip.frequency),
@@ -54,16 +49,16 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
     #[inline]
     fn basis(&mut self, t: f64) -> Basis<H> {
         self.work.evaluations += 1;
-        self.slip.basis(t)
+        self.phase.slip.basis(t)
     }
 
     /// The state a step `h` from where `basis` was taken; for a step so short that its fourth power is below rounding.
     #[inline]
     fn arrive(&self, t: f64, basis: &Basis<H>, h: f64, end: End) -> Arrival {
-        let (x, v) = (self.slip.position(t, basis), self.slip.v.at(basis));
+        let (x, v) = (self.phase.slip.position(t, basis), self.phase.slip.v.at(basis));
         let (a, jerk) = (
-            -self.direction * self.du.at(basis),
-            -self.direction * self.ddu.at(basis),
+            -self.phase.direction * self.du.at(basis),
+            -self.phase.direction * self.ddu.at(basis),
         );
         Arrival {
             t: t + h,
@@ -81,7 +76,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
 
     /// The first time t > 0 at which the free slip acceleration vanishes, and the sign it has before.
     fn first_extremum(&self) -> (f64, bool) {
-        let decay = &self.slip.decay;
+        let decay = &self.phase.slip.decay;
         let [a, b] = self.du.free;
         let mut start = decay.start([a, b]);
         if decay.separates() && start.abs() <= f64::EPSILON * a.abs() {
@@ -123,7 +118,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
 
     /// The slip speed at an extremum at `t`: there ü = −(k/m)(u − rest), and only the decay has to be evaluated.
     fn extreme(&self, t: f64, rising: bool) -> f64 {
-        let decay = &self.slip.decay;
+        let decay = &self.phase.slip.decay;
         let [a, b] = self.du.free;
         let sine = b / decay.omega;
         let swing = (a * a + sine * sine).sqrt() * decay.omega / decay.natural_squared;
@@ -131,10 +126,11 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         self.u.constant + if rising { size } else { -size }
     }
 
-    fn between_extrema(&mut self, piece: &Piece, start: Start, horizon: f64) -> Option<Arrival> {
-        if start.reverses(self.du.start(&self.slip.decay)) {
+    fn between_extrema(&mut self, horizon: f64) -> Option<Arrival> {
+        let SlipPhase { piece, start, .. } = *self.phase;
+        if start.reverses(self.du.start(&self.phase.slip.decay)) {
             // Known to be zero here; rounding must not shift the extrema.
-            let decay = &self.slip.decay;
+            let decay = &self.phase.slip.decay;
             if decay.separates() {
                 // Nor feed a fast exponential: one that grows would make more of it than of the motion.
                 self.u.free = decay.coefficients(decay.start(self.u.free), 0.0);
@@ -148,7 +144,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         if self.du.free == [0.0; 2] {
             return None;
         }
-        let decay = self.slip.decay;
+        let decay = self.phase.slip.decay;
         let (mut extremum, mut rising) = self.first_extremum();
         let half_period = if decay.oscillates() {
             std::f64::consts::PI / decay.omega
@@ -221,7 +217,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
     /// A first guess of where u(t) = target in (from, until].
     fn guess(&self, target: f64, from: f64, until: f64, extremum: Option<f64>) -> f64 {
         if from == 0.0 {
-            let decay = &self.slip.decay;
+            let decay = &self.phase.slip.decay;
             let (start, slope, curvature) =
                 (self.u.start(decay), self.du.start(decay), self.ddu.start(decay));
             let travel = target - start;
@@ -234,9 +230,9 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
         }
         match extremum {
             // Between extrema it is nearly a cosine about its rest value.
-            Some(value) if self.slip.decay.oscillates() => {
+            Some(value) if self.phase.slip.decay.oscillates() => {
                 let share = (target - self.u.constant) / (value - self.u.constant);
-                until - acos(share.clamp(-1.0, 1.0)) / self.slip.decay.omega
+                until - acos(share.clamp(-1.0, 1.0)) / self.phase.slip.decay.omega
             }
             _ => 0.5 * (from + until),
         }
@@ -252,7 +248,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
             t = 0.5 * (low + high);
         }
         let mut last = high - low;
-        let settled = 1e-5 * self.slip.decay.time();
+        let settled = 1e-5 * self.phase.slip.decay.time();
         loop {
             let basis = self.basis(t);
             let value = sign * (self.u.at(&basis) - target);
@@ -299,7 +295,7 @@ mod tests {
     use super::Search;
     use crate::clock::Clock;
     use crate::event::direct::Direct;
-    use crate::event::{Start, Work};
+    use crate::event::{SlipPhase, Start, Work};
     use crate::flow::exact::Frame;
     use crate::law::Piece;
     use crate::watch::Watched;
@@ -352,13 +348,18 @@ mod tests {
             let slip = frame.closed(Clock::default(), random(-1.5, 1.5), v, direction, &piece);
             let (mut work, mut go_on) = (Work::default(), || true);
             let mut work = Watched::new(&mut work, &mut go_on);
-            let Some(direct) =
-                Direct::new(&slip, direction, start).end(frame.drive_velocity, &piece, start, &mut work)
-            else {
+            let phase = SlipPhase {
+                slip: &slip,
+                direction,
+                drive_velocity: frame.drive_velocity,
+                piece: &piece,
+                start,
+            };
+            let Some(direct) = Direct::new(&phase).end(&mut work) else {
                 continue;
             };
-            let searched = Search::new(&slip, direction, frame.drive_velocity, &mut work)
-                .between_extrema(&piece, start, 2.0 * direct.t + 1.0)
+            let searched = Search::new(&phase, &mut work)
+                .between_extrema(2.0 * direct.t + 1.0)
                 .expect("an end was found at once");
             // A root is as good as rounding divided by the rate there.
             let rate = slip

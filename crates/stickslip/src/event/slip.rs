@@ -21,45 +21,49 @@ pub struct Arrival {
     pub v: f64,
 }
 
-/// When and how slip along `piece` ends within `horizon`, if it does.
+/// Slip along a piece of friction from one event to the next.
+#[derive(Clone, Copy, Debug)]
+pub struct SlipPhase<'a, const H: usize> {
+    /// The motion.
+    pub slip: &'a Slip<H>,
+    /// Sign of w.
+    pub direction: f64,
+    /// Velocity of the drive.
+    pub drive_velocity: f64,
+    /// The piece of friction.
+    pub piece: &'a Piece,
+    /// What is known of the slip speed at the start.
+    pub start: Start,
+}
+
+/// When and how `phase` ends within `horizon`, if it does.
 pub fn end_of_slip<const H: usize>(
-    slip: &Slip<H>,
-    direction: f64,
-    drive_velocity: f64,
-    piece: &Piece,
-    start: Start,
+    phase: &SlipPhase<H>,
     horizon: f64,
     work: &mut Watched,
 ) -> Option<Arrival> {
     let arrival = if H == 0 {
-        end_of_free_slip(slip, direction, drive_velocity, piece, start, horizon, work)
+        end_of_free_slip(phase, horizon, work)
     } else {
-        end_of_forced_slip(slip, direction, drive_velocity, piece, start, horizon, work)
+        end_of_forced_slip(phase, horizon, work)
     };
     debug_assert!(
-        arrival.is_none_or(|arrival| is_end(slip, direction, drive_velocity, piece, start, &arrival)),
-        "{arrival:?} is no end of {piece:?}, {start:?}, along {slip:?}"
+        arrival.is_none_or(|arrival| is_end(phase, &arrival)),
+        "{arrival:?} is no end of {phase:?}"
     );
     arrival
 }
 
 /// The certificate of an end of slip.
-fn is_end<const H: usize>(
-    slip: &Slip<H>,
-    direction: f64,
-    drive_velocity: f64,
-    piece: &Piece,
-    start: Start,
-    arrival: &Arrival,
-) -> bool {
-    let speed = Speed::new(slip, direction, drive_velocity, start);
+fn is_end<const H: usize>(phase: &SlipPhase<H>, arrival: &Arrival) -> bool {
+    let speed = Speed::new(phase);
     let guard = match arrival.end {
         End::Low => Guard {
-            target: piece.low,
+            target: phase.piece.low,
             ..Guard::LOW
         },
         End::High => Guard {
-            target: piece.high,
+            target: phase.piece.high,
             ..Guard::HIGH
         },
         end @ End::Reversal { rising } => Guard {
@@ -70,7 +74,7 @@ fn is_end<const H: usize>(
         },
     };
     // Rounding of the start grows as the motion does.
-    let grown = guard.rounding(&speed.at(0.0), &speed) * slip.decay.growth(arrival.t);
+    let grown = guard.rounding(&speed.at(0.0), &speed) * phase.slip.decay.growth(arrival.t);
     changes_sign(arrival.t, BESIDE / speed.fastest, |t| {
         let sample = speed.at(t);
         [
@@ -81,15 +85,14 @@ fn is_end<const H: usize>(
 }
 
 fn end_of_forced_slip<const H: usize>(
-    slip: &Slip<H>,
-    direction: f64,
-    drive_velocity: f64,
-    piece: &Piece,
-    start: Start,
+    phase: &SlipPhase<H>,
     horizon: f64,
     work: &mut Watched,
 ) -> Option<Arrival> {
-    let speed = Speed::new(slip, direction, drive_velocity, start);
+    let SlipPhase {
+        slip, piece, start, ..
+    } = *phase;
+    let speed = Speed::new(phase);
     let ends = Ends {
         low: piece.low,
         high: piece.high,
@@ -102,13 +105,13 @@ fn end_of_forced_slip<const H: usize>(
         speed.slip.position(exit.t, &slip.basis(exit.t))
     } else {
         let step = exit.t - exit.sample.t;
-        speed.position(&exit.sample) + drive_velocity * step - direction * exit.travel
+        speed.position(&exit.sample) + phase.drive_velocity * step - phase.direction * exit.travel
     };
     Some(Arrival {
         t: exit.t,
         end: exit.end,
         x,
-        v: drive_velocity - direction * exit.value,
+        v: phase.drive_velocity - phase.direction * exit.value,
     })
 }
 
@@ -127,11 +130,12 @@ struct Speed<const H: usize> {
 }
 
 impl<const H: usize> Speed<H> {
-    fn new(slip: &Slip<H>, direction: f64, drive_velocity: f64, start: Start) -> Self {
-        let (mut slip, decay) = (*slip, slip.decay);
-        let mut u = slip.speed(direction, drive_velocity);
+    fn new(phase: &SlipPhase<H>) -> Self {
+        let (mut slip, direction) = (*phase.slip, phase.direction);
+        let decay = slip.decay;
+        let mut u = slip.speed(direction, phase.drive_velocity);
         let mut du = u.derivative(&decay, &slip.frequency);
-        if start.reverses(du.start(&decay)) {
+        if phase.start.reverses(du.start(&decay)) {
             // Known to be zero here; rounding must not shift the next turn.
             if decay.separates() {
                 // Nor feed a fast exponential: of one that grows the state, to its last digit, need not tell even the sign.
@@ -285,7 +289,7 @@ impl<const H: usize> Motion<H> for Speed<H> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Arrival, end_of_slip, is_end};
+    use super::{Arrival, SlipPhase, end_of_slip, is_end};
     use crate::clock::Clock;
     use crate::event::{Start, Work};
     use crate::flow::exact::Frame;
@@ -316,12 +320,17 @@ mod tests {
             let slip = frame.closed(Clock::default(), x, v, 1.0, &piece);
             let (mut work, mut go_on) = (Work::default(), || true);
             let mut watched = Watched::new(&mut work, &mut go_on);
-            let Some(arrival) = end_of_slip(&slip, 1.0, 0.3, &piece, Start::Inside, 50.0, &mut watched)
-            else {
+            let phase = SlipPhase {
+                slip: &slip,
+                direction: 1.0,
+                drive_velocity: 0.3,
+                piece: &piece,
+                start: Start::Inside,
+            };
+            let Some(arrival) = end_of_slip(&phase, 50.0, &mut watched) else {
                 continue;
             };
-            let certified =
-                |t: f64| is_end(&slip, 1.0, 0.3, &piece, Start::Inside, &Arrival { t, ..arrival });
+            let certified = |t: f64| is_end(&phase, &Arrival { t, ..arrival });
             assert!(certified(arrival.t), "{case}: {arrival:?}");
             assert!(
                 !certified(arrival.t + 1e-6) && !certified((arrival.t - 1e-6).max(0.0)),

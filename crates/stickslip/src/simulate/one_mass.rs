@@ -3,7 +3,7 @@
 use super::{ASKED, HUGE, Run, Stop, lost};
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::event::{Arrival, Start, Work, end_of_hold, end_of_slip, end_of_stick};
+use crate::event::{Arrival, SlipPhase, Start, Work, end_of_hold, end_of_slip, end_of_stick};
 use crate::flow::exact::{Frame, Response, Slip, Stick};
 use crate::hybrid_state::HybridState;
 use crate::lanes::Alone;
@@ -206,9 +206,14 @@ impl<'a, const H: usize> Loop<'a, H> {
                 if !slip.is_finite() || (low == high && piece.low < piece.high) {
                     return Ok(Passed::Stop(Stop::NotANumber));
                 }
-                let arrival = self.search(record, |work| {
-                    end_of_slip(&slip, direction, drive_velocity, &piece, start, horizon, work)
-                });
+                let phase = SlipPhase {
+                    slip: &slip,
+                    direction,
+                    drive_velocity,
+                    piece: &piece,
+                    start,
+                };
+                let arrival = self.search(record, |work| end_of_slip(&phase, horizon, work));
                 let Some(Arrival { t, end, x, v }) = arrival else {
                     return Ok(Passed::Horizon);
                 };
