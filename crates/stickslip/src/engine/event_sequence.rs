@@ -4,13 +4,12 @@ use crate::clock::Clock;
 use crate::elementary::sin_cos;
 use crate::error::Error;
 use crate::event::Start;
-use crate::flow::exact::Frame;
 use crate::hybrid_state::HybridState;
 use crate::law::{End, Friction, Law, Memory, Piece};
-use crate::mode::{self, Kind, Mode};
+use crate::mode::{Kind, Mode};
 use crate::network::{self, sequence};
-use crate::orbit::{Orbit, Segment};
-use crate::oscillator::{Oscillator, with_harmonics};
+use crate::orbit::{Event, Orbit};
+use crate::oscillator::Oscillator;
 use crate::simulate::{self, Run, Stop};
 use crate::system::System;
 use crate::variation::{ContactMode, Ending, Phase, State, contact_of};
@@ -44,8 +43,7 @@ pub fn run(oscillator: &Oscillator, run: Run, go_on: impl FnMut() -> bool) -> Re
     }
     let orbit = simulate::simulate_while(oscillator, run, go_on)?;
     let v0 = run.v0.unwrap_or(oscillator.drive_velocity);
-    let mut memory = Memory::default();
-    let mode = with_harmonics!(oscillator, H, first::<H>(oscillator, (run.x0, v0), &mut memory));
+    let HybridState { mode, memory, .. } = simulate::first_hybrid_state(oscillator, run);
     let piece = match mode {
         Mode::Slip { piece, .. } => piece,
         _ => Piece::constant(0.0),
@@ -55,12 +53,6 @@ pub fn run(oscillator: &Oscillator, run: Run, go_on: impl FnMut() -> bool) -> Re
         &start((0.0, run.x0, v0), &piece, &memory),
         run.t_end,
     ))
-}
-
-fn first<const H: usize>(oscillator: &Oscillator, (x, v): (f64, f64), memory: &mut Memory) -> Mode {
-    let frame = Frame::<H>::of(oscillator);
-    let (holding, rate, _) = frame.stick(Clock::default(), x).at(0.0);
-    mode::first(&frame, &oscillator.law, (v, holding, rate), memory)
 }
 
 /// The event sequence from a state in a contact state, for a duration and as long as `go_on` says so. A stick begins there.
@@ -149,22 +141,11 @@ fn start((t, x, v): (f64, f64, f64), piece: &Piece, memory: &Memory) -> State {
     }
 }
 
-fn contact_state_of(segment: &Segment) -> ContactMode {
-    if segment.direction == 0.0 {
-        ContactMode::Stick
-    } else if segment.slope.is_infinite() {
-        ContactMode::Hold(segment.direction)
-    } else {
-        ContactMode::Slip(segment.direction)
-    }
-}
-
 fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
     let oscillator = &orbit.oscillator;
-    let speed = |direction: f64, v: f64| direction * (oscillator.drive_velocity - v);
     let mut phases = Vec::with_capacity(orbit.segments.len());
     for (index, segment) in orbit.segments.iter().enumerate() {
-        let contact_state = contact_state_of(segment);
+        let contact_state = ContactMode::of(segment.direction, segment.slope);
         let Some(event) = orbit.events.get(index) else {
             phases.push(Phase {
                 contact_modes: vec![contact_state],
@@ -174,22 +155,13 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
             });
             break;
         };
-        let u = speed(segment.direction, event.v);
-        let ending = match (event.kind, contact_state) {
-            (Kind::Release, _) => Ending::Release,
-            (Kind::Capture | Kind::Crossing, _) => Ending::Line(End::Low),
-            (Kind::Reversal, ContactMode::Hold(direction)) => {
-                end_of_hold(&oscillator.law, direction, u, event.force)
-            }
-            (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Reversal {
-                rising: u < speed(segment.direction, segment.v),
-            }),
-            // In closed form no bodies part.
-            (Kind::Node | Kind::Parting | Kind::Meeting | Kind::Spring, _) => {
-                let rising = segment.direction * orbit.states(&[event.t])[0].a < 0.0;
-                Ending::Line(if rising { End::High } else { End::Low })
-            }
+        let u = |v: f64| segment.direction * (oscillator.drive_velocity - v);
+        // The slip acceleration is zero where it turns; at a node the speed may have turned before.
+        let grows = || match event.kind {
+            Kind::Node => segment.direction * orbit.states(&[event.t])[0].a < 0.0,
+            _ => u(event.v) >= u(segment.v),
         };
+        let ending = ending(event, contact_state, &oscillator.law, grows, || u(event.v));
         let next = orbit
             .segments
             .get(index + 1)
@@ -209,9 +181,25 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
     }
 }
 
-/// Over which branch a slip speed `u` that was held between two ends, by the friction there.
-pub(crate) fn end_of_hold(law: &Law, direction: f64, u: f64, force: f64) -> Ending {
-    let [low, high] = law.toward(direction).branches(u).unwrap_or([f64::NAN; 2]);
-    let upper = (direction * force - high).abs() < (direction * force - low).abs();
-    Ending::Line(if upper { End::High } else { End::Low })
+/// How a phase in which a contact did what `mode` says ended, by the event there: it is asked whether the slip speed grew up to
+/// it, and at which one a hold was.
+pub(crate) fn ending(
+    event: &Event,
+    mode: ContactMode,
+    law: &Law,
+    grows: impl FnOnce() -> bool,
+    held: impl FnOnce() -> f64,
+) -> Ending {
+    match (event.kind, mode) {
+        (Kind::Release, _) => Ending::Release,
+        (Kind::Reversal, ContactMode::Hold(direction)) => {
+            let [low, high] = law.toward(direction).branches(held()).unwrap_or([f64::NAN; 2]);
+            let force = direction * event.force;
+            let upper = (force - high).abs() < (force - low).abs();
+            Ending::Line(if upper { End::High } else { End::Low })
+        }
+        (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Reversal { rising: !grows() }),
+        (Kind::Node, _) if grows() => Ending::Line(End::High),
+        _ => Ending::Line(End::Low),
+    }
 }

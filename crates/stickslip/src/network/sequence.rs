@@ -4,9 +4,9 @@ use super::orbit::force_lines_of;
 use super::{Loop, Orbit, Run, check, simulate_while};
 use crate::clock::Clock;
 use crate::error::{Error, wrong};
-use crate::event_sequence::{EventSequence, end_of_hold};
+use crate::event_sequence::{EventSequence, ending};
 use crate::flow::taylor::Frame;
-use crate::law::{End, Friction};
+use crate::law::Friction;
 use crate::mode::Kind;
 use crate::simulate::Stop;
 use crate::system::System;
@@ -157,15 +157,7 @@ impl Rows<'_> {
     fn contact_modes(&self, t: f64) -> Vec<ContactMode> {
         let system = &self.orbit.system;
         force_lines_of(self.at(t), system.masses(), system.contacts.len())
-            .map(|line| {
-                if line.direction == 0.0 {
-                    ContactMode::Stick
-                } else if line.slope == f64::INFINITY {
-                    ContactMode::Hold(line.direction)
-                } else {
-                    ContactMode::Slip(line.direction)
-                }
-            })
+            .map(|line| ContactMode::of(line.direction, line.slope))
             .collect()
     }
 
@@ -202,25 +194,16 @@ fn of_orbit(orbit: &Orbit, start: State, begin: f64) -> Result<EventSequence, Er
                 ));
             }
         }
+        if matches!(main.kind, Kind::Parting | Kind::Meeting | Kind::Spring) {
+            return wrong(format!(
+                "the bodies of contact {c} part at t = {t}, for which no derivative is known: follow a motion along which \
+                 the normal force stays positive"
+            ));
+        }
         let contact_modes = rows.contact_modes(from);
-        let ending = match (main.kind, contact_modes[c]) {
-            (Kind::Release, _) => Ending::Release,
-            (Kind::Reversal, ContactMode::Hold(direction)) => {
-                let u = orbit.states(&[from]).w[c].abs();
-                end_of_hold(&orbit.system.contacts[c].law, direction, u, main.force)
-            }
-            (Kind::Reversal | Kind::Hold, _) => Ending::Line(End::Reversal {
-                rising: !rows.grows(c, from, t),
-            }),
-            (Kind::Node, _) if rows.grows(c, from, t) => Ending::Line(End::High),
-            (Kind::Capture | Kind::Crossing | Kind::Node, _) => Ending::Line(End::Low),
-            (Kind::Parting | Kind::Meeting | Kind::Spring, _) => {
-                return wrong(format!(
-                    "the bodies of contact {c} part at t = {t}, for which no derivative is known: follow a motion along which \
-                     the normal force stays positive"
-                ));
-            }
-        };
+        let law = &orbit.system.contacts[c].law;
+        let held = || orbit.states(&[from]).w[c].abs();
+        let ending = ending(main, contact_modes[c], law, || rows.grows(c, from, t), held);
         let (one, other) = (rows.at(from), rows.at(t));
         phases.push(Phase {
             contact_modes,

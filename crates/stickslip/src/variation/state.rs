@@ -24,6 +24,17 @@ pub enum ContactMode {
 }
 
 impl ContactMode {
+    /// Of a contact on a line of friction: an infinite slope says that the slip speed is held.
+    pub(crate) fn of(direction: f64, slope: f64) -> Self {
+        if direction == 0.0 {
+            Self::Stick
+        } else if slope == f64::INFINITY {
+            Self::Hold(direction)
+        } else {
+            Self::Slip(direction)
+        }
+    }
+
     /// The direction of its slip, 0 while it sticks.
     pub(super) fn direction(self) -> f64 {
         match self {
