@@ -13,6 +13,7 @@ mod free;
 mod search;
 mod slip;
 
+pub(crate) use end_of_stick::{Side, on_either_side};
 pub use end_of_stick::{end_of_hold, end_of_stick};
 pub use slip::{Arrival, SlipPhase, end_of_slip};
 

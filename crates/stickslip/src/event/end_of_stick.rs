@@ -155,28 +155,53 @@ fn changing_limit<const H: usize>(
     if H == 0 && stick.rate == 0.0 {
         return None;
     }
-    let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
-    if std::ptr::eq(backward, forward) {
-        return growing_limit::<H, 0>(stick, law, horizon, work);
-    }
-    let first = growing_limit::<H, 1>(stick, forward, horizon, work);
-    growing_limit::<H, -1>(stick, backward, first.unwrap_or(horizon), work).or(first)
+    let search = |law: &Law, side, until| Ok(growing_limit(stick, law, side, until, work));
+    on_either_side(law, horizon, search).unwrap_or_default()
 }
 
-/// How far a force has gone to the side on which adhesion is watched, and the sign of that side; 0: either.
-fn outward_of<const SIDE: i32>(force: f64) -> (f64, f64) {
-    let sign = if SIDE == 0 {
-        force.signum()
-    } else {
-        f64::from(SIDE)
-    };
-    (sign * force, sign)
+/// The sign of the forces under which a break-away is looked for; none: either.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Side(Option<f64>);
+
+impl Side {
+    /// The sign by which a force counts.
+    #[inline]
+    pub(crate) fn sign(self, force: f64) -> f64 {
+        self.0.unwrap_or(force.signum())
+    }
+
+    /// The largest step τ in which force + rate τ + curvature τ²/2 surely stays within limit + rise τ.
+    #[inline]
+    pub(crate) fn free_time(self, [limit, rise]: [f64; 2], [force, rate, curvature]: [f64; 3]) -> f64 {
+        let to = |sign: f64| free_time(limit - sign * force, rise - sign * rate, curvature);
+        self.0.map_or_else(|| to(1.0).min(to(-1.0)), to)
+    }
+}
+
+/// The first break-away within `reach` by a search of one side, or of both where the law is the same on them. An error is
+/// the time up to which a search knows that there is none.
+pub(crate) fn on_either_side(
+    law: &Law,
+    reach: f64,
+    mut search: impl FnMut(&Law, Side, f64) -> Result<Option<f64>, f64>,
+) -> Result<Option<f64>, f64> {
+    let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
+    if std::ptr::eq(backward, forward) {
+        return search(law, Side(None), reach);
+    }
+    let first = search(forward, Side(Some(1.0)), reach);
+    let clear = first.map_or_else(|clear| clear, |found| found.unwrap_or(reach));
+    match search(backward, Side(Some(-1.0)), clear) {
+        Ok(None) => first,
+        second => second,
+    }
 }
 
 /// When adhesion breaks under a limit that changes with the hold, on one side or on either.
-fn growing_limit<const H: usize, const SIDE: i32>(
+fn growing_limit<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
+    side: Side,
     horizon: f64,
     work: &mut Watched,
 ) -> Option<f64> {
@@ -196,7 +221,8 @@ fn growing_limit<const H: usize, const SIDE: i32>(
         work.evaluations += 1;
         let (force, rate, curvature) = stick.at(t);
         let static_limit = limit(t, rate);
-        let (size, sign) = outward_of::<SIDE>(force);
+        let sign = side.sign(force);
+        let size = sign * force;
         let margin = static_limit - size;
         let outward = rate * sign;
         let rounding = stick.rounding(t, static_limit);
@@ -212,7 +238,9 @@ fn growing_limit<const H: usize, const SIDE: i32>(
             continue;
         }
         // As the limit does not fall while the contact rests, its value now, at the worst force rate ahead, is a lower bound.
-        let mut step = margin_time::<SIDE>(static_limit, force, rate, curvature_bound).min(reach);
+        let mut step = side
+            .free_time([static_limit, 0.0], [force, rate, curvature_bound])
+            .min(reach);
         let mut growth = law.growth_bound(t);
         if feels_rate {
             let least = f64::EPSILON * reach;
@@ -231,14 +259,16 @@ fn growing_limit<const H: usize, const SIDE: i32>(
         }
         if force != 0.0 && growth < outward - curvature_bound * (2.0 * step) {
             // The margin falls from here to twice the step: at most one root, close it.
-            match close::<H, SIDE>(stick, law, (t, t + 2.0 * step), work) {
+            match close(stick, law, side, (t, t + 2.0 * step), work) {
                 Ok(root) => return (root < horizon).then_some(root),
                 Err(free) => step = free - t,
             }
         }
         // However small the step that the bounds allow, only the margin itself says whether adhesion breaks: the force changes
         // by no more than rounding in the least one.
-        let least = margin_time::<SIDE>(rounding, 0.0, rate, curvature_bound).min(f64::EPSILON * reach);
+        let least = side
+            .free_time([rounding, 0.0], [0.0, rate, curvature_bound])
+            .min(f64::EPSILON * reach);
         t += step.max(least).max(2.0 * f64::EPSILON * t);
         if t >= horizon {
             return None;
@@ -246,21 +276,12 @@ fn growing_limit<const H: usize, const SIDE: i32>(
     }
 }
 
-/// The largest step in which |force + rate τ| + curvature_bound τ²/2 stays within `static_limit`, on one side or on both.
-fn margin_time<const SIDE: i32>(static_limit: f64, force: f64, rate: f64, curvature_bound: f64) -> f64 {
-    let to = |sign: f64| free_time(static_limit - sign * force, -sign * rate, curvature_bound);
-    if SIDE == 0 {
-        to(1.0).min(to(-1.0))
-    } else {
-        to(f64::from(SIDE))
-    }
-}
-
 /// The root of the falling margin in (low, high], or `high` where it is still positive there: Halley inside the bracket. A
 /// root is a time at which the margin was evaluated: it is zero within rounding there, or has changed its sign within that of t.
-fn close<const H: usize, const SIDE: i32>(
+fn close<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
+    side: Side,
     (mut low, high): (f64, f64),
     work: &mut Watched,
 ) -> Result<f64, f64> {
@@ -277,8 +298,8 @@ fn close<const H: usize, const SIDE: i32>(
         work.evaluations += 1;
         let (force, rate, curvature) = stick.at(t);
         let limit = law.adhesion(Rest::new(t, rate.abs()));
-        let (size, sign) = outward_of::<SIDE>(force);
-        let margin = limit.force - size;
+        let sign = side.sign(force);
+        let margin = limit.force - sign * force;
         let rounding = stick.rounding(t, limit.force);
         if margin.abs()
             <= if polished {

@@ -1,10 +1,10 @@
 //! When adhesion breaks: the first time its force is more than a limit that grows with rest and falls with the force rate.
 
 use super::ROUNDING;
-use crate::event::changes_sign;
 use crate::event::first_root::{CERTIFIED, PASSED, borne_step, first_root};
+use crate::event::{Side, changes_sign, on_either_side};
 use crate::law::{Friction, Law, Rest};
-use crate::series::{Series, at, curvature_bound, free_time, slope_at, swing_bound};
+use crate::series::{Series, at, curvature_bound, slope_at, swing_bound};
 
 /// A search of so many rounds gives up where it is: the motion goes on from there.
 const ROUNDS: u32 = 10_000;
@@ -23,17 +23,9 @@ pub(super) fn end_of_adhesion(
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
-    let [backward, forward] = [-1.0, 1.0].map(|direction| law.toward(direction));
-    let found = if std::ptr::eq(backward, forward) {
-        end_on(law, None, load, stick_time, zero_rate, reach, grazes)
-    } else {
-        let first = end_on(forward, Some(1.0), load, stick_time, zero_rate, reach, grazes);
-        let clear = first.map_or_else(|clear| clear, |found| found.unwrap_or(reach));
-        match end_on(backward, Some(-1.0), load, stick_time, zero_rate, clear, grazes) {
-            Ok(None) => first,
-            second => second,
-        }
-    };
+    let found = on_either_side(law, reach, |law, side, until| {
+        end_on(law, side, load, stick_time, zero_rate, until, grazes)
+    });
     debug_assert!(
         !matches!(found, Ok(Some(h)) if !breaks(law, load, stick_time, zero_rate, (h, reach))),
         "{found:?} is no end of adhesion under {load:?}, {law:?}"
@@ -65,10 +57,10 @@ fn rounding_of(limit: f64, zero_rate: f64) -> f64 {
     (ROUNDING * limit).max(2.0 * zero_rate / PASSED)
 }
 
-/// When adhesion breaks on one `side`, by the sign of its force, or on either.
+/// When adhesion breaks on a side.
 fn end_on(
     law: &Law,
-    side: Option<f64>,
+    side: Side,
     (force, normal): Load,
     stick_time: f64,
     zero_rate: f64,
@@ -87,10 +79,7 @@ fn end_on(
         if normal.is_none() && room > rounding && room > swing_bound(force, reach) {
             return Ok(None);
         }
-        for sign in [1.0, -1.0]
-            .into_iter()
-            .filter(|sign| side.is_none_or(|side| side == *sign))
-        {
+        for sign in [1.0, -1.0].into_iter().filter(|&sign| side.sign(sign) == sign) {
             let mut room = force.map(|term| -sign * term);
             match normal {
                 None => room[0] += constant,
@@ -112,7 +101,7 @@ fn end_on(
     } else {
         static_limit
     };
-    let outward_of = |value: f64| side.unwrap_or(value.signum()) * value;
+    let outward_of = |value: f64| side.sign(value) * value;
     let margin = |t: f64| {
         let (value, rate) = slope_at(force, t);
         limit(t, rate) - outward_of(value)
@@ -126,7 +115,7 @@ fn end_on(
         let (value, rate) = slope_at(force, t);
         let static_limit = limit(t, rate);
         let size = outward_of(value);
-        let outward = rate * side.unwrap_or(value.signum());
+        let outward = rate * side.sign(value);
         if static_limit - size <= rounding {
             if t > 0.0 || outward > 0.0 || static_limit - size < -PASSED * rounding {
                 return Ok(Some(if t > 0.0 { settle(margin, t, reach) } else { t }));
@@ -140,9 +129,8 @@ fn end_on(
             let law = of_law(t, rate);
             (law * slope_at(normal, t).1, law * curvature_bound(normal, reach))
         });
-        let free = |sign: f64| free_time(static_limit - sign * value, rise - sign * rate, curvature + bend);
         let mut step = side
-            .map_or_else(|| free(1.0).min(free(-1.0)), free)
+            .free_time([static_limit, rise], [value, rate, curvature + bend])
             .min(reach - t);
         if feels_rate && !flat {
             // The limit falls with the force rate: at the worst rate ahead it must still bear.
