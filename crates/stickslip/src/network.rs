@@ -24,7 +24,7 @@ use crate::clock::Clock;
 use crate::engine::steps::Step;
 use crate::error::{Error, finite, positive, wrong};
 use crate::event::Work;
-use crate::flow::taylor::{ForceLine, Frame, Held, Motion};
+use crate::flow::taylor::{ForceLine, Frame, Held, Motion, VectorField};
 use crate::law::{End, Friction, Law, Memory, Piece};
 use crate::mode::Kind;
 use crate::observer::Observer;
@@ -515,14 +515,13 @@ impl<'a> Loop<'a> {
 
     /// The coefficients for what the contacts do.
     fn series(&mut self) {
-        self.motion.expand(
-            &self.frame,
-            &self.laws,
-            &self.force_lines,
-            &self.held,
-            &self.x,
-            &self.v,
-        );
+        let field = VectorField {
+            frame: &self.frame,
+            laws: &self.laws,
+            force_lines: &self.force_lines,
+            held: &self.held,
+        };
+        self.motion.expand(&field, &self.x, &self.v);
         self.work.evaluations += 1;
     }
 

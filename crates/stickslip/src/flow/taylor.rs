@@ -466,6 +466,15 @@ fn entry(rows: &Rows<f64>, i: usize, j: usize) -> f64 {
     index.map_or(0.0, |index| row[index].1)
 }
 
+/// What gives the accelerations in one combination of modes.
+#[derive(Clone, Copy)]
+pub(crate) struct VectorField<'a> {
+    pub(crate) frame: &'a Frame,
+    pub(crate) laws: &'a [&'a Law],
+    pub(crate) force_lines: &'a [ForceLine],
+    pub(crate) held: &'a Held,
+}
+
 /// One Taylor expansion; its memory is used again for the next.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
@@ -631,37 +640,22 @@ impl Motion {
     }
 
     /// Expand from (x, v), after [`Motion::aim`]: every coefficient up to the order of the frame, friction up to one less.
-    pub(crate) fn expand(
-        &mut self,
-        frame: &Frame,
-        laws: &[&Law],
-        force_lines: &[ForceLine],
-        held: &Held,
-        x: &[f64],
-        v: &[f64],
-    ) {
-        if !self.expand_slow(frame, laws, force_lines, held, x, v) {
-            self.expand_whole(frame, laws, force_lines, held, x, v);
+    pub(crate) fn expand(&mut self, field: &VectorField, x: &[f64], v: &[f64]) {
+        if !self.expand_slow(field, x, v) {
+            self.expand_whole(field, x, v);
         }
     }
 
     /// The same where the fast part of the motion counts too.
-    pub(crate) fn expand_whole(
-        &mut self,
-        frame: &Frame,
-        laws: &[&Law],
-        force_lines: &[ForceLine],
-        held: &Held,
-        x: &[f64],
-        v: &[f64],
-    ) {
+    pub(crate) fn expand_whole(&mut self, field: &VectorField, x: &[f64], v: &[f64]) {
         self.slow = None;
+        let (frame, laws, force_lines) = (field.frame, field.laws, field.force_lines);
         let linear = frame.springs.is_empty();
         if let ([_], [law], [force_line], [None], true) = (x, laws, force_lines, &frame.normals[..], linear) {
             self.expand_single(frame, law, *force_line, x[0], v[0]);
             return;
         }
-        self.expand_many(frame, laws, force_lines, held, x, v);
+        self.expand_many(field, x, v);
     }
 
     /// The same for one mass on one drive, where the bookkeeping would cost more than the motion.

@@ -2,7 +2,7 @@
 
 use super::who_sticks::{ContactProblem, toward};
 use super::{ContactState, Loop, ROUNDING};
-use crate::flow::taylor::ForceLine;
+use crate::flow::taylor::{ForceLine, VectorField};
 use crate::law::{Friction, Rest};
 use crate::mode::Kind;
 
@@ -84,7 +84,13 @@ impl Loop<'_> {
         );
         let (mut motion, mut v) = (self.motion.clone(), self.v.clone());
         motion.stop(&self.frame, &held, &mut v);
-        motion.expand(&self.frame, &self.laws, &force_lines, &held, &self.x, &v);
+        let field = VectorField {
+            frame: &self.frame,
+            laws: &self.laws,
+            force_lines: &force_lines,
+            held: &held,
+        };
+        motion.expand(&field, &self.x, &v);
         motion.force.of(1)[c].abs()
     }
 

@@ -2,7 +2,7 @@
 
 use crate::clock::Clock;
 use crate::event::Work;
-use crate::flow::taylor::{ForceLine, Frame, Motion};
+use crate::flow::taylor::{ForceLine, Frame, Motion, VectorField};
 use crate::law::Law;
 use crate::network::Run;
 use crate::orbit::Event;
@@ -191,8 +191,13 @@ impl<'a> ExpandedSteps<'a> {
         let held = self.frame.held_along(held);
         self.motion.aim(&self.frame, clock);
         let (x, v) = (&row[2..2 + n], &row[2 + n..2 + 2 * n]);
-        self.motion
-            .expand(&self.frame, &self.laws, &self.force_lines, &held, x, v);
+        let field = VectorField {
+            frame: &self.frame,
+            laws: &self.laws,
+            force_lines: &self.force_lines,
+            held: &held,
+        };
+        self.motion.expand(&field, x, v);
         clock
     }
 }

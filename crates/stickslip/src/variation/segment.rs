@@ -10,7 +10,7 @@ use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
 use crate::dual::Dual;
 use crate::flow::taylor::tangent::{Along, BLOCK, Block, Given, Linear, Tangent, stiffening};
-use crate::flow::taylor::{ForceLine, Frame, Held, Motion};
+use crate::flow::taylor::{ForceLine, Frame, Held, Motion, VectorField};
 use crate::law::Law;
 use crate::series::{Series, ZERO};
 use crate::system::System;
@@ -396,10 +396,16 @@ impl<'a> VariedMotion<'a> {
             force_lines, held, ..
         } = mode;
         let (x, v, motion) = (&expansion.x, &expansion.v, &mut expansion.motion);
+        let field = VectorField {
+            frame: &self.frame,
+            laws: &self.laws,
+            force_lines,
+            held,
+        };
         if slow {
-            motion.expand(&self.frame, &self.laws, force_lines, held, x, v);
+            motion.expand(&field, x, v);
         } else {
-            motion.expand_whole(&self.frame, &self.laws, force_lines, held, x, v);
+            motion.expand_whole(&field, x, v);
         }
         expansion.reach = if order < self.frame.order {
             0.0

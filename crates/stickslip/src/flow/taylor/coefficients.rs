@@ -1,8 +1,7 @@
 //! The expansion of many masses: coefficient after coefficient, all masses and contacts side by side, which lets a processor
 //! take several at once. Sums are added up in the order of their terms, whichever way they lie in memory.
 
-use super::{ForceLine, Frame, Held, Motion};
-use crate::law::Law;
+use super::{ForceLine, Frame, Held, Motion, VectorField};
 use crate::matrix::Rows;
 use crate::series::{INVERSE, ORDER, Series, ZERO, gain, product, slope_at};
 
@@ -357,7 +356,8 @@ impl Motion {
     }
 
     /// Coefficients k of friction that does not hold, from those of the slip speeds, and what it accelerates.
-    fn friction(&mut self, frame: &Frame, laws: &[&Law], force_lines: &[ForceLine], k: usize, sloped: bool) {
+    fn friction(&mut self, field: &VectorField, k: usize, sloped: bool) {
+        let (frame, laws, force_lines) = (field.frame, field.laws, field.force_lines);
         let lines = &self.acting.lines;
         let (speeds, forces) = (self.u.of(k), self.force.of_mut(k));
         let count = speeds.len();
@@ -462,32 +462,18 @@ impl Motion {
     }
 
     /// Expand from (x, v), after [`Motion::aim`].
-    pub(super) fn expand_many(
-        &mut self,
-        frame: &Frame,
-        laws: &[&Law],
-        force_lines: &[ForceLine],
-        held: &Held,
-        x: &[f64],
-        v: &[f64],
-    ) {
-        let kind = self.ready(frame, force_lines, held, x, v);
-        for k in 0..frame.order {
-            self.accelerate(frame, laws, force_lines, held, k, kind);
+    pub(super) fn expand_many(&mut self, field: &VectorField, x: &[f64], v: &[f64]) {
+        let kind = self.ready(field, x, v);
+        for k in 0..field.frame.order {
+            self.accelerate(field, k, kind);
             self.follow(k, INVERSE[k + 1]);
         }
-        self.finish(frame);
+        self.finish(field.frame);
     }
 
     /// Begin an expansion; whether friction has slopes, and whether adhesion leaves no mass any freedom.
-    pub(super) fn ready(
-        &mut self,
-        frame: &Frame,
-        force_lines: &[ForceLine],
-        held: &Held,
-        x: &[f64],
-        v: &[f64],
-    ) -> (bool, bool) {
+    pub(super) fn ready(&mut self, field: &VectorField, x: &[f64], v: &[f64]) -> (bool, bool) {
+        let (frame, force_lines, held) = (field.frame, field.force_lines, field.held);
         self.begin(x, v);
         self.acting.lines.set(frame, force_lines, held);
         let lines = &self.acting.lines;
@@ -496,21 +482,14 @@ impl Motion {
     }
 
     /// Coefficients k of the accelerations, from those of x and v.
-    pub(super) fn accelerate(
-        &mut self,
-        frame: &Frame,
-        laws: &[&Law],
-        force_lines: &[ForceLine],
-        held: &Held,
-        k: usize,
-        (sloped, ridden): (bool, bool),
-    ) {
+    pub(super) fn accelerate(&mut self, field: &VectorField, k: usize, (sloped, ridden): (bool, bool)) {
+        let (frame, force_lines, held) = (field.frame, field.force_lines, field.held);
         self.free(frame, k);
         self.speeds(frame, k);
         if k == 0 {
             self.slips(frame, force_lines);
         }
-        self.friction(frame, laws, force_lines, k, sloped);
+        self.friction(field, k, sloped);
         self.hold(frame, held, k);
         let drive = self.acting.drive.of(k + 1);
         if ridden && held.contacts.iter().all(|&c| drive[c] == 0.0) {

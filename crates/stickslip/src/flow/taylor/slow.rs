@@ -6,8 +6,7 @@
 //! Differential Equations II, 1996, section VI.2). All other velocities follow as ever.
 
 use super::tangent::{Along, BLOCK, Block, Linear, Tangent};
-use super::{ForceLine, Frame, Held, Motion};
-use crate::law::Law;
+use super::{Motion, VectorField};
 use crate::matrix::Matrix;
 use crate::series::INVERSE;
 use crate::system::System;
@@ -161,15 +160,8 @@ impl Heavy {
 
 impl Motion {
     /// Expand the slow motion from (x, v); whether that is the motion from there.
-    pub(super) fn expand_slow(
-        &mut self,
-        frame: &Frame,
-        laws: &[&Law],
-        force_lines: &[ForceLine],
-        held: &Held,
-        x: &[f64],
-        v: &[f64],
-    ) -> bool {
+    pub(super) fn expand_slow(&mut self, field: &VectorField, x: &[f64], v: &[f64]) -> bool {
+        let (frame, force_lines, held) = (field.frame, field.force_lines, field.held);
         let Some(Slow { modes, pace }) = &held.slow else {
             return false;
         };
@@ -177,11 +169,11 @@ impl Motion {
             return false;
         }
         if modes.is_empty() {
-            self.expand_many(frame, laws, force_lines, held, x, v);
+            self.expand_many(field, x, v);
             self.slow = Some(*pace);
             return true;
         }
-        let kind = self.ready(frame, force_lines, held, x, v);
+        let kind = self.ready(field, x, v);
         let (order, count) = (frame.order, modes.len());
         let mut before = vec![0.0; count * (order + 1)];
         let mut changed = vec![0.0; count];
@@ -190,7 +182,7 @@ impl Motion {
             for k in 0..order {
                 let next = (k + 1) as f64;
                 for _ in 0..CORRECTIONS {
-                    self.accelerate(frame, laws, force_lines, held, k, kind);
+                    self.accelerate(field, k, kind);
                     for (m, mode) in modes.iter().enumerate() {
                         let rest = dot(&mode.dual, &self.acceleration) - next * before[(k + 1) * count + m];
                         let change = rest / mode.rate;
@@ -202,7 +194,7 @@ impl Motion {
                 for (m, mode) in modes.iter().enumerate() {
                     now[k * count + m] = dot(&mode.dual, self.v.of(k));
                 }
-                self.accelerate(frame, laws, force_lines, held, k, kind);
+                self.accelerate(field, k, kind);
                 self.follow(k, INVERSE[k + 1]);
             }
             for m in 0..count {
