@@ -2,7 +2,7 @@
 
 use super::who_sticks::{ContactProblem, toward};
 use super::{ContactState, Loop, ROUNDING};
-use crate::flow::taylor::{ForceLine, VectorField};
+use crate::flow::taylor::{ForceLine, VectorField, holding};
 use crate::law::{Friction, Rest};
 use crate::mode::Kind;
 
@@ -77,11 +77,7 @@ impl Loop<'_> {
         }
         let mut force_lines: Vec<ForceLine> = self.contacts.iter().map(ContactState::force_line).collect();
         force_lines[c] = ForceLine::STUCK;
-        let held = self.frame.held(
-            (0..force_lines.len())
-                .filter(|&c| force_lines[c].holds())
-                .collect(),
-        );
+        let held = self.frame.held(holding(&force_lines));
         let (mut motion, mut v) = (self.motion.clone(), self.v.clone());
         motion.stop(&self.frame, &held, &mut v);
         let field = VectorField {

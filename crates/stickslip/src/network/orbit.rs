@@ -2,7 +2,7 @@
 
 use crate::clock::Clock;
 use crate::event::Work;
-use crate::flow::taylor::{ForceLine, Frame, Motion, VectorField};
+use crate::flow::taylor::{ForceLine, Frame, Motion, VectorField, holding};
 use crate::law::Law;
 use crate::network::Run;
 use crate::orbit::Event;
@@ -185,10 +185,7 @@ impl<'a> ExpandedSteps<'a> {
         for (piece, &number) in self.motion.pieces.iter_mut().zip(&row[pieces..]) {
             *piece = number as usize;
         }
-        let held = (0..self.force_lines.len())
-            .filter(|&c| self.force_lines[c].holds())
-            .collect();
-        let held = self.frame.held_along(held);
+        let held = self.frame.held_along(holding(&self.force_lines));
         self.motion.aim(&self.frame, clock);
         let (x, v) = (&row[2..2 + n], &row[2 + n..2 + 2 * n]);
         let field = VectorField {

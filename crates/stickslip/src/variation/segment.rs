@@ -10,7 +10,7 @@ use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
 use crate::dual::Dual;
 use crate::flow::taylor::tangent::{Along, BLOCK, Block, Given, Linear, Tangent, stiffening};
-use crate::flow::taylor::{ForceLine, Frame, Held, Motion, VectorField};
+use crate::flow::taylor::{ForceLine, Frame, Held, Motion, VectorField, holding};
 use crate::law::Law;
 use crate::series::{Series, ZERO};
 use crate::system::System;
@@ -162,11 +162,7 @@ impl<'a> VariedMotion<'a> {
             let at = self.layout.contact(c);
             [state.numbers[at].value, state.numbers[at + 1].value]
         });
-        let held = self.frame.held_along(
-            (0..force_lines.len())
-                .filter(|&c| force_lines[c].holds())
-                .collect(),
-        );
+        let held = self.frame.held_along(holding(&force_lines));
         // What systems beside this one would give is asked only where parameters have directions.
         let acting = match state.numbers[0].rates.len() {
             1 => &[],
