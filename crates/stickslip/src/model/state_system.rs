@@ -1,26 +1,21 @@
 //! Masses under laws with an internal state: the right-hand side that an integrator asks for.
 
+mod massless;
+mod regular;
+
 use std::f64::consts::TAU;
-use std::ops::Range;
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::matrix::{Matrix, factor, solve};
+use crate::matrix::Matrix;
 use crate::section::Surface;
 use crate::series::ZERO;
 use crate::state_law::{StateFriction, StateLaw};
-use crate::system::{Contact, System};
+use crate::system::System;
+use regular::{Steep, steep};
 
 /// The part of a variable over which differences are taken: the root of the rounding.
 const DIFFERENCE: f64 = 1.5e-8;
-/// The part of u of [`StateSystem::regular`] that counts, where a slip velocity is a multiple of it: u goes to about 100.
-const MULTIPLE: f64 = 0.1;
-/// Without mass what is left of the balance of forces falls at so many times the rate of the states.
-const BALANCES: f64 = 10.0;
-/// No slope ∂u/∂w of a law is taken for more, which leaves room for its products.
-const STEEPEST: f64 = 1e150;
-/// Newton's method comes down from too fast a slip by one e-fold a round.
-const MOST_ROUNDS: usize = 10_000;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c(w_c, z_c) + Σ e_i A cos(Ω t + φ), ż_c = g_c(w_c, z_c), in the variables [x, q, z].
 ///
@@ -39,15 +34,6 @@ pub struct StateSystem {
     /// How many numbers the states are.
     states: usize,
     steep: Vec<Steep>,
-}
-
-/// A slip velocity that is a variable, under a law that is steep at rest.
-#[derive(Clone, Debug)]
-struct Steep {
-    contact: usize,
-    /// Where its slip velocity is among the variables, and where its state is.
-    slip: usize,
-    state: Range<usize>,
 }
 
 /// One velocity variable, and the mass whose velocity follows from it and from those before.
@@ -126,85 +112,6 @@ impl StateSystem {
             Link::Forward(c) | Link::Backward(c) => w[c],
         });
         (x.iter().copied().chain(q).collect(), w)
-    }
-
-    /// Whether an integration is in other variables: [`StateSystem::regular`].
-    pub fn is_steep(&self) -> bool {
-        !self.steep.is_empty()
-    }
-
-    /// Whether nothing has a mass.
-    pub fn is_massless(&self) -> bool {
-        self.inverse.is_none()
-    }
-
-    /// The variables in which rest is no steep place: y with u(w, z) of the law in place of each slip velocity w that is one
-    /// of its variables, where the law is steep at rest.
-    pub fn regular(&self, y: Vec<f64>) -> Vec<f64> {
-        let mut regular = y;
-        for Steep { contact, slip, state } in &self.steep {
-            let law = &self.system.contacts[*contact].law;
-            regular[*slip] = law.slip_variable(regular[*slip], &regular[state.clone()]);
-        }
-        regular
-    }
-
-    /// The variables y from those of [`StateSystem::regular`].
-    pub fn natural(&self, regular: &[f64]) -> Vec<f64> {
-        let mut y = regular.to_vec();
-        let mut rates = vec![0.0; self.states];
-        for Steep { contact, slip, state } in &self.steep {
-            let (law, rates) = (&self.system.contacts[*contact].law, &mut rates[..state.len()]);
-            [y[*slip], _] = law.at_slip_variable(regular[*slip], &regular[state.clone()], rates);
-        }
-        y
-    }
-
-    /// The time derivative of the variables of [`StateSystem::regular`].
-    ///
-    /// From slip to rest u goes through all its values while w falls by next to nothing, in less time than a clock can tell.
-    /// Within `least` of rest du/dw is held at 1/`least`: a velocity is wrong by some `least` once it has come to rest, and
-    /// u, w and friction at rest, where they follow the load, are not.
-    pub fn regular_rates(&self, t: f64, regular: &[f64], least: f64) -> Vec<f64> {
-        if !self.is_steep() {
-            return self.rates(t, regular);
-        }
-        let motion = self.motion_on(
-            &self.drives(t),
-            t,
-            &self.natural(regular),
-            Some((regular, least.recip())),
-        );
-        let mut rates = self.rates_of(&motion);
-        for Steep { contact, slip, state } in &self.steep {
-            let law = &self.system.contacts[*contact].law;
-            let (z, changes) = (&regular[state.clone()], &rates[state.clone()]);
-            let [slope, more] = law.slip_variable_slopes(regular[*slip], z, changes, least.recip());
-            rates[*slip] = slope * motion.slip_acceleration[*contact] + more;
-        }
-        rates
-    }
-
-    /// What counts as small in the variables of [`StateSystem::regular`], and which part of each variable does besides it: 1,
-    /// and less of those in place of a slip velocity.
-    ///
-    /// u is a logarithm of w where it is large: an error of it is a relative one of w. Where it is small, it is a multiple of
-    /// w: what counts as small in w does so in it too.
-    pub fn regular_scales(&self, y: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let (mut scales, mut shares) = (self.scales(y), vec![1.0; y.len()]);
-        for Steep { contact, slip, state } in &self.steep {
-            let law = &self.system.contacts[*contact].law;
-            let mut steady = vec![0.0; state.len()];
-            law.steady(scales[*slip], &mut steady);
-            let sizes = [&y[state.clone()], &*steady].map(|z| law.slip_variable(scales[*slip], z));
-            let least = sizes[0].min(sizes[1]).max(f64::MIN_POSITIVE);
-            (scales[*slip], shares[*slip]) = if least < 1.0 {
-                (least, MULTIPLE)
-            } else {
-                (1.0, 0.0)
-            };
-        }
-        (scales, shares)
     }
 
     /// The time derivative of the variables `y`.
@@ -336,48 +243,6 @@ impl StateSystem {
             .fold(0.0, f64::max)
     }
 
-    /// The variables y at t = 0 with the slip velocities at which friction balances the load, where there is no mass.
-    ///
-    /// Newton's method in the variable u of each law, in which friction is a line: the load of the dampers bends upwards from
-    /// rest, so that it comes down to the solution.
-    pub fn balanced(&self, y: Vec<f64>) -> Vec<f64> {
-        let n = self.masses();
-        if self.inverse.is_some() {
-            return y;
-        }
-        let (mut y, drives) = (y, self.drives(0.0));
-        let mut u = self.regular(y.clone());
-        for _ in 0..MOST_ROUNDS {
-            let motion = self.motion_on(&drives, 0.0, &y, Some((&u, STEEPEST)));
-            let (mut matrix, mut left) = (vec![0.0; n * n], vec![0.0; n]);
-            for Steep { contact, slip, state } in &self.steep {
-                let Contact { mass: j, law, .. } = &self.system.contacts[*contact];
-                let rates = &motion.rate[state.start - 2 * n..state.end - 2 * n];
-                let [slope, _] = law.slip_variable_slopes(u[*slip], &y[state.clone()], rates, STEEPEST);
-                for i in 0..n {
-                    matrix[i * n + slip - n] = self.system.damping[i][*j] / slope;
-                }
-                matrix[j * n + slip - n] += law.direct_effect();
-            }
-            left.copy_from_slice(&motion.load);
-            let Some(pivots) = factor(&mut matrix, n) else {
-                break;
-            };
-            solve(&matrix, &pivots, &mut left);
-            let mut settled = true;
-            for (u, step) in u[n..2 * n].iter_mut().zip(&left) {
-                let before = *u;
-                *u -= step;
-                settled &= (*u - before).abs() <= 4.0 * f64::EPSILON * u.abs();
-            }
-            y = self.natural(&u);
-            if settled {
-                break;
-            }
-        }
-        y
-    }
-
     /// The stroboscopic section where there is forcing, else the maxima of x.
     pub fn usual_surface(&self) -> Surface {
         Surface::of_forcing(self.system.forcing_frequency())
@@ -482,61 +347,6 @@ impl StateSystem {
         motion
     }
 
-    /// The slip accelerations that keep friction and load in balance: ẇ of dL/dt = −L/τ, where dF/dt = F' (ẇ ∂u/∂w + …).
-    fn balancing(
-        &self,
-        drives: &[[f64; 2]],
-        clock: Clock,
-        y: &[f64],
-        regular: Option<(&[f64], f64)>,
-        motion: &Motion,
-    ) -> Vec<f64> {
-        let (n, system) = (self.masses(), &self.system);
-        let fades = BALANCES * self.natural_frequency();
-        let mut right: Vec<f64> = (0..n)
-            .map(|i| dot(&system.stiffness[i], &motion.v) - fades * motion.load[i])
-            .collect();
-        for push in &system.forcing {
-            right[push.mass] -= push.frequency * push.harmonic().quadratures(clock).1;
-        }
-        for spring in &system.springs {
-            let across = |values: &[f64]| values[spring.mass] - spring.other.map_or(0.0, |i| values[i]);
-            let displacement = across(y);
-            let force = spring.slope(spring.piece(displacement), displacement) * across(&motion.v);
-            right[spring.mass] += force;
-            if let Some(other) = spring.other {
-                right[other] -= force;
-            }
-        }
-        let mut matrix = vec![0.0; n * n];
-        for Steep { contact, slip, state } in &self.steep {
-            let Contact { mass, law, .. } = &system.contacts[*contact];
-            let (z, rates) = (
-                &y[state.clone()],
-                &motion.rate[state.start - 2 * n..state.end - 2 * n],
-            );
-            let (u, most) = match regular {
-                Some((regular, most)) => (regular[*slip], most),
-                None => (law.slip_variable(y[*slip], z), STEEPEST),
-            };
-            let [slope, more] = law.slip_variable_slopes(u, z, rates, most);
-            for i in 0..n {
-                let damping = system.damping[i][*mass];
-                matrix[i * n + contact] = damping;
-                right[i] += damping * drives[*contact][1];
-            }
-            matrix[mass * n + contact] += law.direct_effect() * slope;
-            right[*mass] -= law.direct_effect() * more;
-        }
-        // One column a contact, as each mass has one.
-        if let Some(pivots) = factor(&mut matrix, n) {
-            solve(&matrix, &pivots, &mut right);
-        } else {
-            right.fill(f64::NAN);
-        }
-        right
-    }
-
     /// Value and slope of the drive velocities.
     fn drives(&self, t: f64) -> Vec<[f64; 2]> {
         let mut series = ZERO;
@@ -559,25 +369,6 @@ impl StateSystem {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// The slip velocities among the variables whose laws are steep at rest.
-fn steep(system: &System<StateLaw>, links: &[Link]) -> Vec<Steep> {
-    let n = links.len();
-    let mut state = 2 * n..2 * n;
-    let contacts = system.contacts.iter().enumerate();
-    contacts
-        .filter_map(|(contact, law)| {
-            state = state.end..state.end + law.law.states();
-            let own = |link: &Link| matches!(*link, Link::Forward(c) | Link::Backward(c) if c == contact);
-            let slip = n + links.iter().position(own)?;
-            law.law.is_steep().then(|| Steep {
-                contact,
-                slip,
-                state: state.clone(),
-            })
-        })
-        .collect()
 }
 
 /// A velocity variable for every mass, in an order in which each follows from those before. The ground is known.
