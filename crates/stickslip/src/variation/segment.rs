@@ -1,6 +1,7 @@
 //! The derivative of a segment: the motion between two events with the derivatives of its numbers, by Taylor steps.
 
 mod numbers;
+mod parameters;
 
 use std::cell::{OnceCell, RefCell};
 
@@ -14,15 +15,13 @@ use crate::flow::taylor::{ForceLine, Frame, Held, Motion, VectorField, holding};
 use crate::law::Law;
 use crate::series::{Series, ZERO};
 use crate::system::System;
+use parameters::{Around, Beside};
 
 /// A phase of more steps has run away from the motion it was taken from, to where its law grows without bound.
 const MOST_STEPS: u32 = 10_000;
 
 /// The order of an expansion of which numbers and their rates at its start are asked.
 const RATES: usize = 2;
-
-/// The systems around one parameter.
-type Around<'a> = [(Frame, Vec<&'a Law>); 4];
 
 /// A system ready to be expanded, and those beside it.
 pub(super) struct VariedMotion<'a> {
@@ -70,13 +69,6 @@ pub(super) struct Expansion {
     pub(super) reach: f64,
 }
 
-/// What a system beside would give to the motion.
-#[derive(Clone)]
-struct Beside {
-    motion: Motion,
-    acceleration: Vec<Series>,
-}
-
 fn laws(system: &System) -> Vec<&Law> {
     system.contacts.iter().map(|contact| &contact.law).collect()
 }
@@ -112,22 +104,6 @@ impl<'a> VariedMotion<'a> {
             frame,
             acting: OnceCell::new(),
         }
-    }
-
-    /// The parameters that change the motion within a phase.
-    fn acting(&self) -> &[(usize, Around<'a>)] {
-        self.acting.get_or_init(|| {
-            // Within a phase the force of a law of linear pieces is that of its line, which is part of the state.
-            let smooth = (0..self.layout.contacts)
-                .any(|c| self.frame.is_smooth(c, 1.0) || self.frame.is_smooth(c, -1.0));
-            (self.varied.parameters.iter().enumerate())
-                .filter(|(_, parameter)| smooth || !parameter.of_law)
-                .map(|(which, parameter)| {
-                    let beside = parameter.around.each_ref();
-                    (which, beside.map(|system| (Frame::of(system), laws(system))))
-                })
-                .collect()
-        })
     }
 
     /// Whether phases are followed in closed form, where it does not lose digits.
@@ -342,15 +318,6 @@ impl<'a> VariedMotion<'a> {
             .collect()
     }
 
-    /// The parameters that change the motion within a phase, the systems around each, and their directions among `directions`.
-    fn acting_on(&self, directions: usize) -> impl Iterator<Item = (&Parameter, &Around<'a>, usize)> {
-        let first = self.parameters(directions);
-        let acting = first.map_or(&[][..], |_| self.acting());
-        (acting.iter()).filter_map(move |(which, beside)| {
-            Some((&self.varied.parameters[*which], beside, first? + which))
-        })
-    }
-
     /// The expansion from a state, with a tangent for every axis along which it moves, up to the `order`.
     fn expand(
         &self,
@@ -506,35 +473,6 @@ impl<'a> VariedMotion<'a> {
         true
     }
 
-    /// What the parameters change while the motion is held.
-    fn give(&self, order: usize, mode: &Mode, clock: Clock, expansion: &mut Expansion) {
-        let own = &expansion.motion;
-        expansion
-            .acting
-            .resize_with(self.acting().len(), || changes(&self.frame));
-        for (((which, systems), helds), (beside, given)) in
-            self.acting().iter().zip(&mode.beside).zip(&mut expansion.acting)
-        {
-            for (((frame, laws), held), Beside { motion, acceleration }) in
-                systems.iter().zip(helds).zip(beside.iter_mut())
-            {
-                motion.aim(frame, clock);
-                motion.give(order, frame, laws, &mode.force_lines, held, own, acceleration);
-            }
-            let step = self.varied.parameters[*which].step;
-            let differ = |rows: &mut [Series], of: fn(&Beside) -> &[Series]| {
-                for (row, series) in rows.iter_mut().enumerate() {
-                    for (k, term) in series[..=order].iter_mut().enumerate() {
-                        *term = difference(beside.each_ref().map(|beside| of(beside)[row][k]), step);
-                    }
-                }
-            };
-            differ(&mut given.acceleration, |beside| &beside.acceleration);
-            differ(&mut given.force, |beside| &beside.motion.given);
-            differ(&mut given.drive, |beside| beside.motion.drives());
-        }
-    }
-
     /// The force of a contact and its rate at the start of a phase on which it would stick.
     pub(super) fn holding(&self, state: &Moving, contact_modes: &[ContactMode], c: usize) -> [Dual; 2] {
         if let Some(closed) = &self.closed {
@@ -552,22 +490,6 @@ impl<'a> VariedMotion<'a> {
         );
         [0, 1].map(|k| expansion.coefficient(k, c, |motion| &motion.force, |tangent| &tangent.force[c]))
     }
-}
-
-/// Room for what a parameter changes.
-fn changes(frame: &Frame) -> ([Beside; 4], Given) {
-    let motion = Motion::of(frame);
-    let (x, u) = (vec![ZERO; frame.masses], vec![ZERO; motion.u.count()]);
-    let beside = std::array::from_fn(|_| Beside {
-        motion: motion.clone(),
-        acceleration: x.clone(),
-    });
-    let given = Given {
-        acceleration: x,
-        force: u.clone(),
-        drive: u,
-    };
-    (beside, given)
 }
 
 impl Expansion {
