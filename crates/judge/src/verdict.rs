@@ -1,16 +1,17 @@
 //! The verdict on one run: every phase followed again, every event asked whether it is one.
 
 mod events;
+mod floor;
 mod guards;
+mod phase;
 
 use serde_json::Value;
-use stickslip::mode::Kind;
 
-use crate::flow::{Model, Phase, ROUNDINGS, Rub, Sample};
+use crate::flow::{Model, ROUNDINGS, Rub, Sample};
 use crate::law::{Kinetic, Line, piece_at};
-use crate::number::{Pair, Real};
+use crate::number::Pair;
 use crate::paper::Memory;
-use crate::problem::{Contact, Problem};
+use crate::problem::Problem;
 use crate::report::{Mark, Report, run};
 
 /// Something that is not as it should be.
@@ -259,103 +260,6 @@ impl<'a> Judge<'a> {
         pairs(self)
     }
 
-    /// The largest speed that the forces of the document can give in the run, and how far it leads; and how far the speed of
-    /// the start leads against springs and dampers.
-    fn reach(&mut self, start: &[f64]) {
-        let problem = self.problem;
-        for i in 0..problem.n {
-            let at = i * (problem.n + 1);
-            let (m, k, d) = (
-                problem.mass[at],
-                problem.stiffness[at].abs(),
-                problem.damping[at].abs(),
-            );
-            let rubs = problem
-                .contacts
-                .iter()
-                .filter(|contact| contact.mass == i || contact.other == Some(i));
-            let pressed = |contact: &Contact| {
-                contact.normal.as_ref().map_or(1.0, |normal| {
-                    let waves = normal.waves.iter().map(|wave| wave.amplitude.abs());
-                    normal.constant.abs() + waves.sum::<f64>()
-                })
-            };
-            let friction: f64 = rubs
-                .map(|contact| {
-                    let either = [-1.0, 1.0].map(|side| contact.law.toward(side).adhesion.force(0.0, 0.0));
-                    pressed(contact) * either[0].max(either[1])
-                })
-                .sum();
-            let waves = problem
-                .forces
-                .iter()
-                .filter(|force| force.0 == i)
-                .map(|force| force.1.amplitude.abs());
-            let force = friction + waves.sum::<f64>();
-            let speed = (force / (k * m).sqrt())
-                .min(force * problem.t_end / m)
-                .min(force / d);
-            self.size[1] = self.size[1].max(speed);
-            self.size[0] = self.size[0].max((force / k).min(speed * problem.t_end));
-            let way = start[problem.n + i].abs() * (m / k).sqrt().min(m / d).min(problem.t_end);
-            self.size[0] = self.size[0].max(way);
-            if problem.n > 1 {
-                continue;
-            }
-            // Near resonance a motion is the small difference of a forced and a free one: a few roundings of those.
-            for (_, wave) in &problem.forces {
-                let (o, a) = (wave.frequency, 0.0625 * wave.amplitude.abs());
-                let forced = a / (k - m * o * o).hypot(d * o).max(1e-3 * k);
-                self.size[0] = self.size[0].max(forced);
-                self.size[1] = self.size[1].max(o * forced);
-            }
-        }
-    }
-
-    fn measure(&mut self, mark: &Mark) {
-        let n = self.problem.n;
-        for (i, value) in mark.state.iter().enumerate() {
-            let which = usize::from(i >= n);
-            self.size[which] = self.size[which].max(value.abs());
-        }
-        for contact in &self.problem.contacts {
-            self.size[1] = self.size[1].max(contact.drive.value(mark.time).abs());
-        }
-    }
-
-    /// What follows a phase has the rounding of how far and fast it went on the way.
-    fn swing<R: Real>(&mut self, phase: &Phase<R>) {
-        let n = self.problem.n;
-        for index in 0..phase.samples() {
-            for (i, value) in phase.state(index).iter().take(2 * n).enumerate() {
-                let size = &mut self.size[usize::from(i >= n)];
-                *size = size.max(value.value().abs());
-            }
-        }
-    }
-
-    /// What is known of positions and speeds at best: some roundings of the largest, and what a steep piece made of so many
-    /// roundings of w before: the slip acceleration that it was left with is off by that, and with it where the mass is. On the
-    /// stiffest of its springs, or what is said here of a softer one would come back larger from each event on that.
-    fn floor(&self) -> [f64; 2] {
-        let mut floor = self.size.map(|size| 64.0 * f64::EPSILON * size);
-        if self.problem.n == 1 {
-            let off = self.entry[0] / 64.0;
-            let springs = self.problem.springs.iter();
-            let steepest = springs.map(|spring| {
-                let pieces = 0..spring.nodes.len().max(2) - 1;
-                pieces
-                    .map(|piece| spring.steepness(piece, self.size[0]))
-                    .fold(0.0, f64::max)
-            });
-            let stiffness = self.problem.stiffness[0] + steepest.sum::<f64>();
-            let natural = (stiffness / self.problem.mass[0]).sqrt();
-            floor[0] += off / (natural * natural);
-            floor[1] += off / natural;
-        }
-        floor
-    }
-
     /// Reaction, its rate, and their slack if contact c were held at this state. In pairs of doubles, as a law may remember it:
     /// under heavy damping the rate is a small difference of large terms.
     fn held(&self, c: usize, mark: &Mark) -> Option<Sample> {
@@ -513,164 +417,5 @@ impl<'a> Judge<'a> {
             }
             _ => Mode::Curve(direction),
         };
-    }
-
-    /// Follow the motion from one mark to the next; none where it is not judged.
-    fn phase<R: Real>(&mut self, mark: &Mark, after: Option<&Mark>) -> Option<()> {
-        let until = after.map_or([self.report.t_last, 0.0], |after| after.time);
-        let (mut time, mut state) = (mark.time, mark.state.clone());
-        let mut slack = vec![0.0; state.len()];
-        let order = (until[0] - time[0]) + (until[1] - time[1]);
-        self.find("events out of order", until[0], -order, 0.0);
-        if order < 0.0 {
-            return Some(());
-        }
-        let still = order <= 4.0 * f64::EPSILON * until[0] && after.is_some();
-        self.at_once = if still { self.at_once + 1.0 } else { 0.0 };
-        self.find(
-            "events without end at one time",
-            until[0],
-            self.at_once,
-            AT_ONCE * self.modes.len() as f64,
-        );
-        let mut bends: Vec<f64> = self
-            .problem
-            .contacts
-            .iter()
-            .flat_map(|c| c.drive.nodes.iter().map(|node| node[0]))
-            .collect();
-        bends.retain(|&bend| bend > time[0] && bend < until[0]);
-        for c in 0..self.modes.len() {
-            if let Mode::Stick(since) = self.modes[c] {
-                let law = &self.problem.contacts[c].law;
-                let sides = [-1.0, 1.0].map(|side| law.toward(side).adhesion.kinks());
-                bends.extend(
-                    sides
-                        .iter()
-                        .flatten()
-                        .map(|kink| since[0] + kink)
-                        .filter(|&at| at > time[0] && at < until[0]),
-                );
-            }
-        }
-        bends.sort_by(f64::total_cmp);
-        bends.dedup();
-        let ends = bends.into_iter().map(|bend| [bend, 0.0]).chain([until]);
-        let rubs = self.rubs();
-        let mut last = None;
-        for end in ends {
-            let length = R::of(end[0]) - R::of(time[0]) + (R::of(end[1]) - R::of(time[1]));
-            let doing = (&rubs[..], &self.pieces[..]);
-            let model = Model::<R>::new(self.problem, doing, time, &state, self.floor())?;
-            if length.value() <= 0.0 {
-                last = Some(model.at_start());
-                continue;
-            }
-            let phase = Phase::new(model, length, 24, self.thorough)?;
-            self.watch(time, &phase)?;
-            self.swing(&phase);
-            let sample = phase.end();
-            for (slack, more) in slack.iter_mut().zip(&phase.slack[0]) {
-                *slack += more;
-            }
-            for share in [0.137, 0.618] {
-                let tau = share * length.value();
-                if let Some(inside) = phase.at(tau) {
-                    self.compare_dense(time[0] + tau + time[1], &inside, &phase.slack[1]);
-                }
-            }
-            state.clone_from(&sample.state);
-            time = end;
-            last = Some(sample);
-        }
-        let sample = last?;
-        let n = self.problem.n;
-        let motion: Vec<f64> = (0..2 * n)
-            .map(|i| state[i].abs().max(mark.state[i].abs()))
-            .collect();
-        if (0..2 * n).any(|i| {
-            slack[i] > 1e-6 * motion[i] && slack[i] > 1e-6 * motion.iter().copied().fold(0.0, f64::max)
-        }) {
-            self.verdict.sensitive += 1;
-        }
-        let Some(after) = after else {
-            return Some(());
-        };
-        for i in 0..2 * n {
-            let off = (after.state[i] - sample.state[i]).abs();
-            let rate = if i < n { sample.state[n + i].abs() } else { 0.0 };
-            let more = self.floor()[usize::from(i >= n)]
-                + ROUNDINGS * (sample.state[i].abs() + rate * order / 256.0);
-            let stuck = i >= n
-                && self
-                    .problem
-                    .contacts
-                    .iter()
-                    .zip(&self.modes)
-                    .any(|(c, _)| c.mass == i - n || c.other == Some(i - n));
-            let more = more
-                + if stuck {
-                    sample.w.iter().map(|w| w[2]).fold(0.0, f64::max)
-                } else {
-                    0.0
-                };
-            self.find(
-                format!(
-                    "{} of mass {} at the end of the phase",
-                    if i < n { "position" } else { "velocity" },
-                    i % n
-                ),
-                until[0],
-                off,
-                slack[i] + more,
-            );
-        }
-        self.occur(after, &sample, order);
-        Some(())
-    }
-
-    fn take_over(&mut self, mark: &Mark, after: &Mark) {
-        let rubs = self.rubs();
-        let length = after.time[0] - mark.time[0];
-        let doing = (&rubs[..], &self.pieces[..]);
-        if let Some(model) = Model::<f64>::new(self.problem, doing, after.time, &after.state, self.floor()) {
-            let sample = model.at_start();
-            self.occur(after, &sample, length);
-            return;
-        }
-        for event in &after.events {
-            let c = event.contact;
-            let direction = after.directions[c];
-            match event.kind {
-                Kind::Capture => self.modes[c] = Mode::Stick(after.time),
-                Kind::Release | Kind::Crossing => self.modes[c] = self.leave(c, direction, event.force.abs()),
-                _ => self.enter(c, direction, after, false),
-            }
-        }
-    }
-
-    /// The orbit between its events is the motion too.
-    fn compare_dense(&mut self, t: f64, sample: &Sample, slack: &[f64]) {
-        let n = self.problem.n;
-        let states = (self.report.dense)(&[t]);
-        for i in 0..2 * n {
-            let rate = if i < n {
-                sample.state[n + i]
-            } else {
-                sample.acceleration[i - n]
-            };
-            let tolerance =
-                slack[i] + ROUNDINGS * sample.state[i].abs() + 4.0 * f64::EPSILON * t * rate.abs();
-            self.find(
-                format!(
-                    "orbit.at, {} of mass {}",
-                    if i < n { "position" } else { "velocity" },
-                    i % n
-                ),
-                t,
-                (states[0][i] - sample.state[i]).abs(),
-                tolerance,
-            );
-        }
     }
 }
