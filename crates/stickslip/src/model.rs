@@ -178,6 +178,16 @@ impl Model {
     }
 }
 
+/// The same of either engine's.
+macro_rules! either {
+    ($of:expr, $one:ident => $what:expr) => {
+        match $of {
+            Self::Closed($one) => $what,
+            Self::Steps($one) => $what,
+        }
+    };
+}
+
 /// A whole run of a model.
 #[derive(Clone, Debug)]
 #[expect(missing_docs, reason = "as of the model")]
@@ -189,34 +199,22 @@ pub enum Orbit {
 impl Orbit {
     /// The events, in time.
     pub fn events(&self) -> &[orbit::Event] {
-        match self {
-            Self::Closed(orbit) => &orbit.events,
-            Self::Steps(orbit) => &orbit.events,
-        }
+        either!(self, orbit => &orbit.events)
     }
 
     /// Why it ended.
     pub fn stop(&self) -> Stop {
-        match self {
-            Self::Closed(orbit) => orbit.stop,
-            Self::Steps(orbit) => orbit.stop,
-        }
+        either!(self, orbit => orbit.stop)
     }
 
     /// What it cost.
     pub fn work(&self) -> Work {
-        match self {
-            Self::Closed(orbit) => orbit.work,
-            Self::Steps(orbit) => orbit.work,
-        }
+        either!(self, orbit => orbit.work)
     }
 
     /// The time up to which it is known.
     pub fn t_last(&self) -> f64 {
-        match self {
-            Self::Closed(orbit) => orbit.t_last(),
-            Self::Steps(orbit) => orbit.t_last(),
-        }
+        either!(self, orbit => orbit.t_last())
     }
 
     /// From where and how long.
@@ -270,24 +268,15 @@ pub enum Running<'a> {
 
 impl Engine for Running<'_> {
     fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error> {
-        match self {
-            Self::Closed(engine) => engine.go(t_end, after, observer),
-            Self::Steps(engine) => engine.go(t_end, after, observer),
-        }
+        either!(self, engine => engine.go(t_end, after, observer))
     }
 
     fn events(&self) -> u64 {
-        match self {
-            Self::Closed(engine) => engine.events(),
-            Self::Steps(engine) => engine.events(),
-        }
+        either!(self, engine => engine.events())
     }
 
     fn end(&self) -> &Reached {
-        match self {
-            Self::Closed(engine) => engine.end(),
-            Self::Steps(engine) => engine.end(),
-        }
+        either!(self, engine => engine.end())
     }
 }
 
