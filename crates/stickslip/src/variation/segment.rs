@@ -220,7 +220,7 @@ impl<'a> VariedMotion<'a> {
         let mode = self.mode(&here, contact_modes);
         (expansion.begin, expansion.leapt) = (0.0, None);
         for step in 0.. {
-            self.expand(self.frame.order, &here, contact_modes, &mode, clock, expansion);
+            self.expand(self.frame.order, &here, &mode, clock, expansion);
             if tau - expansion.begin <= expansion.reach {
                 expansion.h = tau - expansion.begin;
                 return;
@@ -319,36 +319,25 @@ impl<'a> VariedMotion<'a> {
     }
 
     /// The expansion from a state, with a tangent for every axis along which it moves, up to the `order`.
-    fn expand(
-        &self,
-        order: usize,
-        state: &Moving,
-        contact_modes: &[ContactMode],
-        mode: &Mode,
-        clock: Clock,
-        expansion: &mut Expansion,
-    ) {
+    fn expand(&self, order: usize, state: &Moving, mode: &Mode, clock: Clock, expansion: &mut Expansion) {
         for i in 0..self.layout.masses {
             expansion.x[i] = state.numbers[self.layout.x(i)].value;
             expansion.v[i] = state.numbers[self.layout.v(i)].value;
         }
         expansion.motion.aim(&self.frame, clock);
         // A motion is followed by its slow part where its tangents have no fast part either; few coefficients do not tell.
-        let slow = order == self.frame.order
-            && self.expand_part(true, order, state, contact_modes, mode, clock, expansion);
+        let slow = order == self.frame.order && self.expand_part(true, order, state, mode, clock, expansion);
         if !slow {
-            self.expand_part(false, order, state, contact_modes, mode, clock, expansion);
+            self.expand_part(false, order, state, mode, clock, expansion);
         }
     }
 
     /// The same by what damping leaves, where that is all there is, or by the whole; whether the tangents are slow as well.
-    #[expect(clippy::too_many_arguments, reason = "those of an expansion, and which one")]
     fn expand_part(
         &self,
         slow: bool,
         order: usize,
         state: &Moving,
-        contact_modes: &[ContactMode],
         mode: &Mode,
         clock: Clock,
         expansion: &mut Expansion,
@@ -416,7 +405,7 @@ impl<'a> VariedMotion<'a> {
             .map(|(_, _, axis)| axis)
             .collect();
         let line = |c: usize| {
-            let counts = matches!(contact_modes[c], ContactMode::Slip(_)) && !smooth(c);
+            let counts = !force_lines[c].holds() && !smooth(c);
             let at = layout.contact(c);
             counts.then(|| [number(at), number(at + 1)])
         };
@@ -480,14 +469,7 @@ impl<'a> VariedMotion<'a> {
         }
         let clock = Clock::at(state.numbers[0].value);
         let expansion = &mut *self.spare.borrow_mut();
-        self.expand(
-            RATES,
-            state,
-            contact_modes,
-            &self.mode(state, contact_modes),
-            clock,
-            expansion,
-        );
+        self.expand(RATES, state, &self.mode(state, contact_modes), clock, expansion);
         [0, 1].map(|k| expansion.coefficient(k, c, |motion| &motion.force, |tangent| &tangent.force[c]))
     }
 }
