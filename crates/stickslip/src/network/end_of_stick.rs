@@ -9,39 +9,45 @@ use crate::series::{Series, at, curvature_bound, slope_at, swing_bound};
 /// A search of so many rounds gives up where it is: the motion goes on from there.
 const ROUNDS: u32 = 10_000;
 
-/// The force that a contact needs to stick, and its normal force where that varies.
-type Load<'a> = (&'a Series, Option<&'a Series>);
+/// A contact that sticks along a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StickPhase<'a> {
+    /// The force that it needs to stick.
+    pub(super) force: &'a Series,
+    /// Its normal force over that of the law, where that varies.
+    pub(super) normal: Option<&'a Series>,
+    /// For how long it has stuck.
+    pub(super) stick_time: f64,
+    /// A force that starts beyond the limit by no more than this and is relieved from there does not break it.
+    pub(super) zero_rate: f64,
+}
 
-/// When adhesion under a load breaks within `reach`, for a contact that has stuck for `stick_time`; a force that starts beyond
-/// the limit by no more than `zero_rate` and is relieved from there does not break it. An error is the time up to which it holds,
-/// where the search gave up.
+/// When adhesion breaks within `reach`. An error is the time up to which it holds, where the search gave up.
 pub(super) fn end_of_adhesion(
     law: &Law,
-    load: Load,
-    stick_time: f64,
-    zero_rate: f64,
+    phase: StickPhase,
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
     let found = on_either_side(law, reach, |law, side, until| {
-        end_on(law, side, load, stick_time, zero_rate, until, grazes)
+        end_on(law, side, phase, until, grazes)
     });
     debug_assert!(
-        !matches!(found, Ok(Some(h)) if !breaks(law, load, stick_time, zero_rate, (h, reach))),
-        "{found:?} is no end of adhesion under {load:?}, {law:?}"
+        !matches!(found, Ok(Some(h)) if !breaks(law, phase, h, reach)),
+        "{found:?} is no end of adhesion of {phase:?}, {law:?}"
     );
     found
 }
 
 /// The certificate of a break-away, checked in a debug build.
-fn breaks(law: &Law, (force, normal): Load, stick_time: f64, zero_rate: f64, (h, reach): (f64, f64)) -> bool {
+fn breaks(law: &Law, phase: StickPhase, h: f64, reach: f64) -> bool {
     let margin = |t: f64| {
-        let (value, rate) = slope_at(force, t);
-        let rest = Rest::new(stick_time + t, rate.abs());
-        let limit = pressed(normal, t) * law.toward(value.signum()).static_limit(rest);
+        let (value, rate) = slope_at(phase.force, t);
+        let rest = Rest::new(phase.stick_time + t, rate.abs());
+        let limit = pressed(phase.normal, t) * law.toward(value.signum()).static_limit(rest);
         [
             limit - value.abs(),
-            16.0 * rounding_of(limit + value.abs(), zero_rate),
+            16.0 * rounding_of(limit + value.abs(), phase.zero_rate),
         ]
     };
     h == 0.0 || changes_sign(h, CERTIFIED * reach, margin)
@@ -61,17 +67,16 @@ fn rounding_of(limit: f64, zero_rate: f64) -> f64 {
 fn end_on(
     law: &Law,
     side: Side,
-    (force, normal): Load,
-    stick_time: f64,
-    zero_rate: f64,
+    phase: StickPhase,
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Result<Option<f64>, f64> {
+    let (force, normal, stick_time) = (phase.force, phase.normal, phase.stick_time);
     let of_law = |t: f64, rate: f64| law.static_limit(Rest::new(stick_time + t, rate.abs()));
     let limit = |t: f64, rate: f64| pressed(normal, t) * of_law(t, rate);
     let feels_rate = law.feels_force_rate();
     let static_limit = limit(0.0, force[1]);
-    let rounding = rounding_of(static_limit, zero_rate);
+    let rounding = rounding_of(static_limit, phase.zero_rate);
     if !feels_rate && law.growth_bound(stick_time) == 0.0 {
         let (mut first, constant) = (None, of_law(0.0, 0.0));
         // Far from the limit on both sides.

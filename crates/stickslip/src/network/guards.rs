@@ -1,6 +1,6 @@
 //! What ends a mode: the first guard of any contact that a step meets.
 
-use super::end_of_stick::end_of_adhesion;
+use super::end_of_stick::{StickPhase, end_of_adhesion};
 use super::{Loop, ROUNDING, STILL};
 use crate::event::first_root::first_root;
 use crate::law::End;
@@ -63,16 +63,13 @@ impl Loop<'_> {
                 if contact.pinned != 0.0 {
                     continue;
                 }
-                let stick_time = self.stick_time(c);
-                let zero_rate = STILL * self.acceleration / self.frame.coupling(c, c);
-                match end_of_adhesion(
-                    self.laws[c],
-                    (&self.motion.force.series(c), normal),
-                    stick_time,
-                    zero_rate,
-                    first.reach,
-                    &mut first.grazes,
-                ) {
+                let phase = StickPhase {
+                    force: &self.motion.force.series(c),
+                    normal,
+                    stick_time: self.stick_time(c),
+                    zero_rate: STILL * self.acceleration / self.frame.coupling(c, c),
+                };
+                match end_of_adhesion(self.laws[c], phase, first.reach, &mut first.grazes) {
                     Ok(Some(h)) => first.meet(h, c, Cause::Release),
                     Ok(None) => {}
                     Err(clear) => (first.met, first.reach, *horizon) = (None, clear, clear),
