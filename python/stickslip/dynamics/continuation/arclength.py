@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,10 @@ from stickslip.errors import InputError
 _REACH, _ROUNDS = 0.3, 25
 #: Below this a step is rounding, and below the other where rounding holds it up.
 _EXACT, _HELD_UP = 1e-14, 1e-8
+#: The least cosine of the angle between the directions of a curve at two points that follow each other.
+_TURN = 0.9
+
+Curve = TypeVar("Curve")
 
 
 class Label(NamedTuple):
@@ -201,6 +206,56 @@ def stepped(point: Point, family: Family, step: float) -> Point:
     values = point.values + leap[here.sequence.layout.width :]
     sequence.start[here.fixed] += here.fixed_parameter * leap[-1] if values.size == 1 else 0.0
     return corrected(sequence, here.forcing_periods, family, values, point.direction, point.boundary)
+
+
+class ShorterStep(Lost):
+    """A step is to be tried again, so many times as short."""
+
+    def __init__(self, parts: int) -> None:
+        self.parts = parts
+
+
+class CurveEnd(Exception):
+    """A curve ends, with the reason."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+
+
+def turns(before: Floats, after: Floats) -> bool:
+    """Whether the direction of a curve turns by too much from a point to the next."""
+    return float(before @ after) < _TURN
+
+
+def follow(
+    advance: Callable[[Curve, float], tuple[Curve, float]],
+    point: Curve,
+    step: float,
+    smallest: float,
+    more: Callable[[], bool],
+) -> str:
+    """Go from point to point of a curve, and say why it ends.
+
+    Parameters
+    ----------
+    advance : the next point after a step, and the step from there on; where it is lost the step is tried at half its length.
+    step : the first one; `smallest` below which the curve is lost.
+    more : whether another point is looked for, asked before each try.
+
+    Returns
+    -------
+    The reason of a `CurveEnd`, ``"lost"``, or nothing where no more points are looked for.
+    """
+    while more():
+        try:
+            point, step = advance(point, step)
+        except Lost as lost:
+            step /= lost.parts if isinstance(lost, ShorterStep) else 2
+            if step < smallest:
+                return "lost"
+        except CurveEnd as end:
+            return end.reason
+    return ""
 
 
 def consistent(here: Return) -> bool:

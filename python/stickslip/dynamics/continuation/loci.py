@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.dynamics.continuation.arclength import Family, Point, corrected, labels, stepped
+from stickslip.dynamics.continuation.arclength import (
+    CurveEnd,
+    Family,
+    Point,
+    ShorterStep,
+    corrected,
+    follow,
+    labels,
+    stepped,
+    turns,
+)
 from stickslip.dynamics.continuation.branch import SpecialPoint, extremes, first_of
 from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, second_conditions, zeros
 from stickslip.dynamics.continuation.switching_boundaries import name_of, worst
@@ -28,6 +38,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _SMALLEST, _LARGEST = 1e-5, 0.1
+#: How near a curve of Hopf points comes to its bounds.
+_NEAR = 1e-3
 #: A direction this much shorter than that before it has vanished.
 _STILL = 1e-3
 #: A multiplier this close to 1 is 1: the orbit is known to the square root of rounding.
@@ -246,20 +258,22 @@ def _half(
 ) -> None:
     """Add the points one way along the curve until a bound or another boundary, and those of codimension two on it."""
     rows.append(_row(point))
-    step = 0.01
     # What vanishes at the end of the curve, with the last point that has it.
     ended: tuple[Point, Point, float] | None = None
-    while len(rows) < most and step >= _SMALLEST:
-        notify(len(rows))
-        try:
-            ahead = stepped(point, family, step)
-        except Lost:
-            ahead = None
-        if ahead is not None and not _allowed(ahead):
+
+    def more() -> bool:
+        if len(rows) < most:
+            notify(len(rows))
+        return len(rows) < most
+
+    def advance(point: Point, step: float) -> tuple[Point, float]:
+        nonlocal ended
+        ahead = stepped(point, family, step)
+        if not _allowed(ahead):
             ended = (point, ahead, step)
-        if ahead is None or not _allowed(ahead) or float(point.direction @ ahead.direction) < 0.9:
-            step /= 2
-            continue
+            raise ShorterStep(2)
+        if turns(point.direction, ahead.direction):
+            raise ShorterStep(2)
         outside = _outside(ahead.values, family)
         if outside is not None:
             axis, bound = outside
@@ -269,27 +283,23 @@ def _half(
                 (bound - point.values[axis]) / (ahead.values[axis] - point.values[axis])
             )
             values[axis] = bound
+            here = point.here
             with contextlib.suppress(Lost):
-                end = corrected(
-                    point.here.sequence, point.here.forcing_periods, family, values, direction, point.boundary
-                )
+                end = corrected(here.sequence, here.forcing_periods, family, values, direction, point.boundary)
                 rows.append(_row(end))
-            return
+            raise CurveEnd("bounds")
         if _name(ahead) != _name(point):
             # Where the boundary becomes another kind no motion follows the event sequence any more.
-            try:
-                end = _isolated(_between(point, step, family, _detail, (_detail(point), _detail(ahead))))
-            except Lost:
-                step /= 2
-                continue
+            end = _isolated(_between(point, step, family, _detail, (_detail(point), _detail(ahead))))
             rows.append(_row(end))
             found.append(_codimension_two(f"{kind}_and_{_name(ahead)}", end))
-            return
-        found += _second(point, ahead, step, family, kind)
-        ended, point = None, ahead
-        rows.append(_row(point))
-        step = min(1.4 * step, _LARGEST)
-    if ended is not None and len(rows) < most:
+            raise CurveEnd("boundary")
+        found.extend(_second(point, ahead, step, family, kind))
+        ended = None
+        rows.append(_row(ahead))
+        return ahead, min(1.4 * step, _LARGEST)
+
+    if follow(advance, point, 0.01, _SMALLEST, more) == "lost" and ended is not None:
         found += _last(*ended, family, kind)
 
 
@@ -429,17 +439,17 @@ def _hopf_half(
         x = placed(values)[1]
         rows.append((float(values[0]), float(values[1]), x, x))
 
+    def advance(point: tuple[Floats, Floats], step: float) -> tuple[tuple[Floats, Floats], float]:
+        values, way = point
+        ahead = solved(values + step * way * spans, way)
+        if ahead is None or turns(way, ahead[1]):
+            raise ShorterStep(2)
+        if _outside(ahead[0], family) is not None:
+            if step > _NEAR:
+                raise ShorterStep(2)
+            raise CurveEnd("bounds")
+        add(ahead[0])
+        return ahead, min(1.4 * step, _LARGEST)
+
     add(values)
-    step = 0.01
-    while len(rows) < most and step >= _SMALLEST:
-        found = solved(values + step * way * spans, way)
-        if found is None or found[1] @ way < 0.9:
-            step /= 2
-            continue
-        if _outside(found[0], family) is not None:
-            if step > 1e-3:
-                step /= 2
-                continue
-            break
-        (values, way), step = found, min(1.4 * step, _LARGEST)
-        add(values)
+    follow(advance, (values, way), 0.01, _SMALLEST, lambda: len(rows) < most)

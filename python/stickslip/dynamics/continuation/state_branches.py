@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from stickslip.dynamics.continuation.arclength import CurveEnd, ShorterStep, follow, turns
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_ways_of, range_of
 from stickslip.dynamics.continuation.conditions import TESTS, zeros
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
@@ -70,42 +73,39 @@ class StateWalk:
 
     def _go(self, point: _Point) -> Branch:
         branch = Branch("cycle")
-        with branch.kept():
-            branch.ends = ("", self._follow(point, branch))
-        return branch
 
-    def _follow(self, point: _Point, branch: Branch) -> str:
-        """Add the points; why they end."""
-        step = 0.02
-        low, high = self.bounds
-        branch.add(point.cycle, point.value)
-        while step >= _SMALLEST:
+        def more() -> bool:
             if len(branch.values) >= self.most or self.limit.passed:
                 branch.cut = "most" if len(branch.values) >= self.most else "max_seconds"
-                return branch.cut
-            if self.progress is not None:
+            elif self.progress is not None:
                 self.progress(len(branch.values), self.most)
-            try:
-                ahead = self._stepped(point, step)
-            except (Lost, InputError):
-                step /= 2
-                continue
-            if float(ahead.direction @ point.direction) < 0.9:
-                step /= 2
-                continue
-            branch.special_points += self._between(point, ahead, step)
-            if not low <= ahead.value <= high:
-                bound = low if ahead.value < low else high
-                fraction = (bound - point.value) / (ahead.value - point.value)
-                try:
-                    end = self._corrected(*self._predicted(point, fraction * step, bound), None)
-                    branch.add(end.cycle, bound)
-                except (Lost, InputError):
-                    pass
-                return "bounds"
-            branch.add(ahead.cycle, ahead.value)
-            point, step = ahead, min(1.5 * step, _LARGEST)
-        return "lost"
+            return not branch.cut
+
+        with branch.kept():
+            branch.add(point.cycle, point.value)
+            reason = follow(partial(self._next, branch), point, 0.02, _SMALLEST, more)
+            branch.ends = ("", reason or branch.cut)
+        return branch
+
+    def _next(self, branch: Branch, point: _Point, step: float) -> tuple[_Point, float]:
+        """Add the next point: this point and the step from it on."""
+        low, high = self.bounds
+        try:
+            ahead = self._stepped(point, step)
+        except InputError:
+            raise ShorterStep(2) from None
+        if turns(point.direction, ahead.direction):
+            raise ShorterStep(2)
+        branch.special_points += self._between(point, ahead, step)
+        if not low <= ahead.value <= high:
+            bound = low if ahead.value < low else high
+            fraction = (bound - point.value) / (ahead.value - point.value)
+            with contextlib.suppress(Lost, InputError):
+                end = self._corrected(*self._predicted(point, fraction * step, bound), None)
+                branch.add(end.cycle, bound)
+            raise CurveEnd("bounds")
+        branch.add(ahead.cycle, ahead.value)
+        return ahead, min(1.5 * step, _LARGEST)
 
     def _predicted(self, point: _Point, step: float, value: float | None = None) -> tuple[StateCycle, float]:
         cycle, width = point.cycle, point.cycle.flow.width

@@ -11,7 +11,19 @@ from typing import Any, NoReturn
 import numpy as np
 
 from stickslip.dynamics.continuation import switching_boundaries
-from stickslip.dynamics.continuation.arclength import Family, Label, Point, axis, consistent, corrected, stepped
+from stickslip.dynamics.continuation.arclength import (
+    CurveEnd,
+    Family,
+    Label,
+    Point,
+    ShorterStep,
+    axis,
+    consistent,
+    corrected,
+    follow,
+    stepped,
+    turns,
+)
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of, same_motion
 from stickslip.dynamics.continuation.conditions import TESTS, root, zeros
 from stickslip.dynamics.continuation.halving import halving
@@ -40,20 +52,6 @@ _POINT = 0.02
 
 class _Vanished(Exception):
     """A cycle is a point on the way."""
-
-
-class _Closer(Exception):
-    """A step is to be tried again, so many times as short."""
-
-    def __init__(self, parts: int) -> None:
-        self.parts = parts
-
-
-class _End(Exception):
-    """A branch ends, with the reason."""
-
-    def __init__(self, reason: str) -> None:
-        self.reason = reason
 
 
 @dataclass
@@ -91,29 +89,24 @@ class Walk:
         """Add the points; why they end."""
         self._add(point)
         self._largest = self._size()
-        step = 0.01
-        while len(self.branch.values) < self.most:
-            self._say(len(self.branch.values), self.most)
-            if self.limit.passed:
-                self.branch.cut = "max_seconds"
-                return self.branch.cut
-            try:
-                point, step = self._next(point, step)
-            except _Closer as closer:
-                step /= closer.parts
-                if step < _SMALLEST:
-                    return "lost"
-            except _End as end:
-                return end.reason
-        self.branch.cut = "most"
-        return self.branch.cut
+        return follow(self._next, point, 0.01, _SMALLEST, self._more) or self.branch.cut
+
+    def _more(self) -> bool:
+        """Whether another point is looked for."""
+        if len(self.branch.values) >= self.most:
+            self.branch.cut = "most"
+            return False
+        self._say(len(self.branch.values), self.most)
+        if self.limit.passed:
+            self.branch.cut = "max_seconds"
+        return not self.branch.cut
 
     def _next(self, point: Point, step: float) -> tuple[Point, float]:
         """Add the next point: this point and the step from it on.
 
         Raises
         ------
-        _Closer, _End
+        ShorterStep, CurveEnd
             where a shorter step is to be tried, and where the branch ends.
         """
         try:
@@ -124,68 +117,68 @@ class Walk:
             return self._past_a_boundary(point, ahead, step), 0.003
         if self._through_a_point(point, ahead):
             self._end_in_a_point(point, step)
-        if float(point.direction @ ahead.direction) < 0.9 and step > 20 * _SMALLEST:
-            raise _Closer(2)
+        if turns(point.direction, ahead.direction) and step > 20 * _SMALLEST:
+            raise ShorterStep(2)
         halved = halving(point, ahead, self.family)
         if halved is not None:
             # Closer first: a fold may lie before it.
             if step > _NEAR:
-                raise _Closer(4)
+                raise ShorterStep(4)
             flip, end = halved
             self._special("flip", flip)
             self._add(end)
-            raise _End("flip")
+            raise CurveEnd("flip")
         closing = self._closing(point, ahead, step)
         if closing is not None:
             share, first = closing
             self._between(point, first, share * step)
             self._add(first)
             self.branch.closed = True
-            raise _End("closed")
+            raise CurveEnd("closed")
         if self._between(point, ahead, step):
             self._end_in_a_point(point, step)
         low, high = self.family.ranges[0]
         if not low <= ahead.values[0] <= high:
             self._finish(point, low if ahead.values[0] < low else high)
-            raise _End("bounds")
+            raise CurveEnd("bounds")
         try:
             self._add(ahead)
         except InputError:
             # Beside a tangency even the orbit that was just closed may not be followed again.
-            raise _Closer(2) from None
+            raise ShorterStep(2) from None
         if ahead.here.forcing_periods == 0 and self._size() < _POINT * self._usual(ahead):
             self._shrunk(ahead)
-            raise _End("point")
+            raise CurveEnd("point")
         self._largest = max(self._largest, self._size())
         return ahead, min(step * 1.4, _LARGEST)
 
     def _past_a_boundary(self, point: Point, ahead: Point | None, step: float) -> Point:
         """Add the first point beyond what ends the event sequence on the way."""
         if self._size() < 0.1 * self._usual(point) and self._shrunk(point):
-            raise _End("point")
+            raise CurveEnd("point")
         if self._unstuck(point):
-            raise _End("vanishing_stick")
+            raise CurveEnd("vanishing_stick")
         boundary = switching_boundaries.nearest(point, ahead, step, self.family)
         if boundary is None:
-            raise _End("lost") if self.branch.multiplier[-1] > _REPELS else _Closer(2)
+            raise CurveEnd("lost") if self.branch.multiplier[-1] > _REPELS else ShorterStep(2)
         # Closer first: a fold may lie before it.
         if step > _NEAR:
-            raise _Closer(4)
+            raise ShorterStep(4)
         past = self._cross(point, *boundary)
         if past is None or self.met(unchecked(past.here), float(past.values[0])):
-            raise _End(self.branch.special_points[-1].kind)
+            raise CurveEnd(self.branch.special_points[-1].kind)
         try:
             self._add(past)
         except InputError:
-            raise _End("lost") from None
+            raise CurveEnd("lost") from None
         return past
 
     def _end_in_a_point(self, point: Point, step: float) -> NoReturn:
         """The cycle is a point before the end of the step: go closer first, so that the branch reaches to its end."""
         if self._size() > _POINT * self._usual(point) and step > 20 * _SMALLEST:
-            raise _Closer(4)
+            raise ShorterStep(4)
         self._shrunk(point)
-        raise _End("point")
+        raise CurveEnd("point")
 
     def _closing(self, point: Point, ahead: Point, step: float) -> tuple[float, Point] | None:
         """The first point of the branch where it lies between two points, and at which share of the step."""
