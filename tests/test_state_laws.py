@@ -268,6 +268,8 @@ def test_a_long_run_that_spends_its_evaluations_is_kept():
     short = ss.integrate(slider, 100.0, max_evaluations=60_000)
     assert short.stop == "max_evaluations"
     assert 50 < short.t_end < 100
+    # The first of two methods takes half of them, and no step twice.
+    assert short.work.evaluations == 30_000
     assert short.regime() == "stick_slip"
     assert "stickslip.integrate takes more" in short.stop_sentence
     whole = ss.integrate(slider, 60.0)
