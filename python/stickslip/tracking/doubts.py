@@ -25,7 +25,7 @@ FEWEST = 30
 FEW_SIZES = 10
 """Pictures from which the scatter of a size can be told."""
 
-PLACE = 2.0
+POSITION_STEP = 2.0
 """Places of a marker that are so many px apart are two."""
 
 LEAP = 8.0
@@ -123,8 +123,8 @@ def shown(x: Array, y: Array, size: Array, size_error: Array) -> float:
     seen = np.isfinite(size) & np.isfinite(size_error) & np.isfinite(x) & np.isfinite(y)
     if seen.sum() < FEW_SIZES:
         return math.inf
-    places = np.rint(np.stack([x[seen], y[seen]]) / PLACE)
-    _, which, counts = np.unique(places, axis=1, return_inverse=True, return_counts=True)
+    positions = np.rint(np.stack([x[seen], y[seen]]) / POSITION_STEP)
+    _, which, counts = np.unique(positions, axis=1, return_inverse=True, return_counts=True)
     weights = 1 / counts[which.ravel()]
     off = size[seen] - np.average(size[seen], weights=weights)
     found = math.sqrt(np.average(off**2, weights=weights)) / float(np.median(size_error[seen]))
