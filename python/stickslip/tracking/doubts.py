@@ -109,8 +109,10 @@ def scatter(positions: Array, errors: Array, times: Array) -> Array:
 def shown(x: Array, y: Array, size: Array, size_error: Array) -> float:
     """How much of its noise a marker shows: the scatter of its size over the stated error of that.
 
-    The size feels the same noise at the same rim as the centre does. Texture that moves with the marker changes neither. Each
-    place of the marker counts alike, however long it rests there, and of few places more is taken than they show.
+    The size feels the same noise at the same rim as the centre does, and what the ground beside the marker does not show.
+    Each position counts alike, however long the marker rests there, and of few positions more is taken than they show.
+
+    Limits: light that falls off moves the centre and not the size.
 
     Parameters
     ----------

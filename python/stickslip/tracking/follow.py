@@ -19,6 +19,7 @@ from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.finding.response_map import response_map
 from stickslip.tracking.finding.subset import Subset
+from stickslip.tracking.finding.surroundings import KeptPictures, share_that_passes
 from stickslip.tracking.finding.template import find_templates
 from stickslip.tracking.linking import CLEAR, Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
@@ -48,8 +49,14 @@ PERSISTS = 1.15
 COPIED = 1.6
 """The same where pictures are coded as differences: what rests or moves on is copied from one to the next, errors too."""
 
-UNSEEN = 2.5
+UNSEEN = 4.0
 """By so much at most errors are larger there because the size of the marker scatters: that of a small one always does."""
+
+SHAKY = 3.0
+"""So many times the scatter that noise explains is one of something else."""
+
+SMALL = 12.0
+"""The size of markers that are smaller, in px, depends on how they lie between the pixels."""
 
 STRANGERS = 0.05
 """A track of which so many sightings are of another size than the markers usually have is doubtful."""
@@ -95,7 +102,7 @@ def track(
     The errors are those of the picture's noise at each point, or the scatter from picture to picture where that is more (as
     by compression); what stays for longer than some pictures is in them as far as a factor of 1.15, and of 1.6 for strongly
     compressed films, holds it. A ground with texture counts as noise where it passes by the marker, and not where it moves
-    along with it, which the size of the marker tells. A wrong scale is not in them: ``scale_error`` in the attributes says
+    along with it, which the pixels around it tell. A wrong scale is not in them: ``scale_error`` in the attributes says
     how well that is known.
 
     Raises
@@ -148,6 +155,8 @@ class _Seen:
     readable: list[bool]
     whole: list[bool]
     shape: tuple[int, int]
+    kept: KeptPictures
+    corner: tuple[int, int]
 
 
 def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progress | None) -> xr.Dataset:
@@ -257,16 +266,18 @@ def _describe(setup: Setup) -> str:
 def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
     first = next((picture for _, picture in film if picture is not None), None)
     shape = (0, 0) if first is None else (first.shape[0], first.shape[1])
-    seen = _Seen([], [], [], [], shape)
     if first is None:
-        return seen
+        return _Seen([], [], [], [], shape, KeptPictures(), (0, 0))
     box = setup.box(first, film.name)
+    seen = _Seen([], [], [], [], shape, KeptPictures(), (box[1].start, box[0].start))
     total = len(film)
 
     def pictures() -> Iterator[Picture | None]:
         for time, picture in film:
             seen.times.append(time)
             seen.readable.append(picture is not None)
+            if setup.finder == "blob" and picture is not None and seen.kept.due(len(seen.times) - 1):
+                seen.kept.keep(len(seen.times) - 1, response_map(picture[box], setup.marker, setup.channel))
             yield None if picture is None else picture[box]
             if progress is not None:
                 progress(f"looking at {Path(film.name).name}", len(seen.times), max(total, len(seen.times)))
@@ -336,10 +347,10 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
             )
         if setup.finder == "blob":
             _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])
-            # texture that moves with the marker is no noise; what is copied from picture to picture scatters only in the size
-            moves_by = min(UNSEEN if copied else 1.0, shown(x[:, mass], y[:, mass], size[:, mass], size_error[:, mass]))
-            for error in (x_error[:, mass], y_error[:, mass]):
-                error[:] = np.maximum(moves_by * error, LEAST_ERROR)
+            doubts += _suited(
+                *(mass, seen, x[:, mass], y[:, mass], size[:, mass], size_error[:, mass], copied),
+                *(x_error[:, mass], y_error[:, mass]),
+            )
         doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])
     if setup.reference:  # before the scatter is judged, which is the camera's until then
         doubts.append(_steady(setup.reference, x, y, x_error, y_error, lost))
@@ -410,6 +421,30 @@ def _shutter(motion: xr.Dataset, exposure: float, line_time: float) -> str:
     motion.coords["time"] = ("time", common, motion["time"].attrs)
     after = 1e3 * (0.5 * exposure + line_time * height)
     return f"Times are those of the middle of the exposure, {after:.4g} ms after the stamps, and of row {height:.0f}."
+
+
+def _suited(
+    mass: int, seen: _Seen, x: Array, y: Array, size: Array, size_error: Array, copied: bool, *errors: Array
+) -> list[str]:
+    """Scale errors to the noise that changes as a marker moves; say where its size shows more than there is around it.
+
+    Texture that moves along with the marker is no noise. What is copied from picture to picture scatters only in the size.
+    """
+    left, top = seen.corner
+    width = float(np.nanmedian(size))
+    passes = share_that_passes(seen.kept.pictures, x - left, y - top, width)
+    unstable = shown(x, y, size, size_error)
+    if copied:
+        passes = max(passes, min(UNSEEN, unstable))
+    for error in errors:
+        error[:] = np.maximum(passes * error, LEAST_ERROR)
+    if copied or width < SMALL or not SHAKY < unstable < math.inf:
+        return []
+    return [
+        f"The size of mass {mass} scatters {unstable:.2g} times as much as the noise around it explains. Specks, hairs or "
+        "ticks on its way, or light and shadow that move over it, shift it by more than the errors hold; a change of "
+        "distance, focus or brightness need not."
+    ]
 
 
 def _hide(lost: np.ndarray, x: Array, y: Array, size: Array) -> None:
