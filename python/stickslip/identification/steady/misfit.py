@@ -44,7 +44,8 @@ def behind(rows: Rows, losses: Array, best: Array, surely: float = 1.0, by: floa
 
 #: What to do about a force that follows something else than the slip velocity.
 REMEDIES = {
-    "position": "Gravity, run-out and misalignment do so: say them in the rig, or measure a shorter range.",
+    "position": "Gravity, run-out and misalignment do so: say them in the rig, or measure a shorter range. So does a force "
+    "that is written late against the motion: clock_offset in the rig takes that out.",
     "time": "Heat, wear and a drifting sensor do so: identify windows of the record apart ([read] window in the rig).",
 }
 

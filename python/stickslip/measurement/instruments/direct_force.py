@@ -19,7 +19,15 @@ from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Bench, C
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
-from stickslip.measurement.signals.clocks import LEAST_CORRELATION, Offset, clock_offset, inertia_offset, lag_of_force
+from stickslip.measurement.signals.clocks import (
+    LEAST_CORRELATION,
+    Lag,
+    Offset,
+    clock_offset,
+    inertia_offset,
+    lag_at_slips,
+    lag_of_force,
+)
 from stickslip.measurement.signals.noise import lone_spikes, noise_level, stretches
 from stickslip.measurement.signals.signs import unsigned
 from stickslip.measurement.signals.smooth import jerk_spline
@@ -36,7 +44,9 @@ QUARTILE = 0.3186
 LEAST_LOAD = 0.01
 """Share of the largest normal force below which friction over normal force is not looked at."""
 CLEAR = 3.0
-"""Standard deviations of the speed at rest from which on a mass moves."""
+"""Standard deviations of the speed at rest from which on a mass moves; of the force, from which on it falls."""
+LEAST_STICKS = 3
+"""Of a record, between which it is looked at for a lag of its force."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +60,7 @@ class _Run:
     force: Array
     error: Array
     stuck: Mask
+    lag: float
     unit: str
     speed_unit: str
     notes: list[str]
@@ -249,12 +260,17 @@ def _run(record: Samples, bench: Bench) -> _Run:
         friction, error, unit = friction[pressed] / normal, error[pressed] / normal, "1"
     level = bench.maybe("stuck_speed")
     stuck = np.zeros(len(motion.w), dtype=bool) if level is None else _stuck(motion.w, level, motion.w_error)
+    step = float(np.median(np.diff(record.time)))
+    lag = _lag_at_slips(record, motion, stuck)
+    if lag is not None and abs(lag.value) > max(0.5 * step, 5 * lag.error):
+        notes.append(_slip_lag_note(lag, bench.maybe("clock_offset") or 0.0))
     facts = _levels(motion, friction, bench)
     if level is not None:
-        facts |= _slow(record.time, motion.w, stuck, level)
+        facts |= _slow(record.time, motion.w, stuck, level) | {"break_away_late": _late(lag, step)}
     facts |= _given(record, bench, float(facts["force"]), notes)
     return _Run(
-        record, motion.w, motion.w_error, motion.acceleration, friction, error, stuck, unit, motion.unit, notes, facts
+        *(record, motion.w, motion.w_error, motion.acceleration, friction, error, stuck),
+        *(0.0 if lag is None else lag.value, unit, motion.unit, notes, facts),
     )
 
 
@@ -294,16 +310,11 @@ def _motion(record: Samples, bench: Bench) -> _Motion:
 
 def _said_of_lag(record: Samples, motion: _Motion, bench: Bench) -> list[str]:
     """What is said of a force that is late or early against the motion, if it is."""
-    lag = lag_of_force(record.time, record["force"], motion.w, motion.acceleration)
+    position = _of_position(record, motion)
+    lag = lag_of_force(record.time, record["force"], motion.w, motion.acceleration, position)
     if lag is None:
         return []
-    offset, unit = lag.value + (bench.maybe("clock_offset") or 0.0), record.units["force"]
-    return [
-        f"the force is {'late' if lag.value > 0 else 'early'} against the motion by {abs(lag.value):.3g} +- "
-        f"{lag.error:.1g} s: so shifted, friction over speed is one curve for speeding up and for slowing down (it "
-        f"scatters by {lag.after:.3g} {unit}, now by {lag.before:.3g} {unit}). It is a delay of the channel, which "
-        f"clock_offset = {offset:.3g} in the rig takes out, or friction that builds up over a distance at each reversal"
-    ]
+    return [_lag_note(lag, bench.maybe("clock_offset") or 0.0, record.units["force"], motion.unit)]
 
 
 def _pressed(record: Samples, notes: list[str]) -> Mask:
@@ -390,6 +401,78 @@ def _given(record: Samples, bench: Bench, force: float, notes: list[str]) -> dic
     return facts
 
 
+def _position(record: Samples, w: Array) -> Array:
+    """The displacement, or the path by the speed where there is none."""
+    return record["displacement"] if "displacement" in record else _path(record.time, w)
+
+
+def _path(time: Array, w: Array) -> Array:
+    return np.concatenate([[0.0], np.cumsum((w[1:] + w[:-1]) / 2 * np.diff(time))])
+
+
+def _of_position(record: Samples, motion: _Motion) -> Array:
+    """What of the force may follow the position to and fro: a spring, and of an angle the gravity of an arm, (n, 0 to 3)."""
+    w = motion.w
+    if not ((w > 0).any() and (w < 0).any()):
+        return np.empty((len(w), 0))
+    position = _position(record, w)
+    of_angle = [np.sin(position), np.cos(position)] if motion.unit == "rad/s" else []
+    return np.stack([position, *of_angle], axis=1)
+
+
+def _lag_note(lag: Lag, offset: float, unit: str, speed_unit: str) -> str:
+    sense = "late" if lag.value > 0 else "early"
+    delay = f"a delay of the channel, which clock_offset = {lag.value + offset:.3g} in the rig takes out"
+    shifted = "friction over speed is one curve for speeding up and for slowing down"
+    scatter = f"it scatters by {lag.after:.3g} {unit}, now by {lag.before:.3g} {unit}"
+    by = f"by {abs(lag.value):.3g} +- {lag.error:.1g} s"
+    if math.isnan(lag.distance):
+        return (
+            f"the force is {sense} against the motion {by}: so shifted, {shifted} ({scatter}). It is {delay}, or friction "
+            "that builds up over a distance at each reversal"
+        )
+    return (
+        f"after each reversal the force changes late against the motion {by}, or over a path of {lag.distance:.2g} "
+        f"{speed_unit[:-2]}: shifted by either, {shifted} ({scatter}). It is friction that builds up over a distance "
+        f"(presliding, a soft mount), or {delay}; this record does not tell one from the other, a motion with accelerations "
+        "of other sizes does"
+    )
+
+
+def _lag_at_slips(record: Samples, motion: _Motion, stuck: Mask) -> Offset | None:
+    """The lag of the force against the slips between sticks, each with half of the sticks beside it; all one way.
+
+    One whose error is larger than half a step and than a fifth of itself is not told.
+    """
+    w, sticks = motion.w, stretches(stuck)
+    middles = [(first + last) // 2 for first, last in sticks]
+    ways = {bool(np.mean(w[one[1] : other[0]]) > 0) for one, other in pairwise(sticks) if one[1] < other[0]}
+    if len(middles) < LEAST_STICKS or len(ways) != 1:
+        return None
+    force = jerk_spline(record.time, record["force"], cutoff=motion.cutoff).x
+    accelerations = motion.acceleration, motion.acceleration_error
+    lag = lag_at_slips(record.time, force, _path(record.time, w), w, *accelerations, list(pairwise(middles)))
+    least = 0.5 * float(np.median(np.diff(record.time)))
+    return None if lag is None or lag.error > max(least, 0.2 * abs(lag.value)) else lag
+
+
+def _slip_lag_note(lag: Offset, offset: float) -> str:
+    late, when = ("late", "after") if lag.value > 0 else ("early", "before")
+    return (
+        f"the force is {late} against the motion by {abs(lag.value):.3g} +- {lag.error:.1g} s: where the mass begins and "
+        f"ends to slip, the force changes so long {when} the speed. clock_offset = {lag.value + offset:.3g} in the rig "
+        "takes it out; the errors of all break-aways hold what the force may change in that time"
+    )
+
+
+def _late(lag: Offset | None, step: float) -> float:
+    """Standard error in s that the time of the force has in common at all break-aways.
+
+    A record whose samples are in step with its slips misses each highest force by the same part of a step.
+    """
+    return step if lag is None else math.hypot(lag.value, lag.error, step / math.sqrt(12))
+
+
 def _stuck(w: Array, level: float, error: Array) -> Mask:
     """Slower than `level`, for three samples at least, holes closed where the speed stays below twice the level.
 
@@ -474,7 +557,11 @@ def _loop(run: _Run, bench: Bench) -> xr.Dataset:
 
 
 def _break_aways(run: _Run) -> xr.Dataset:
-    """One row for each stick that ends inside the record: the force is its largest size in the stick, less noise."""
+    """One row for each stick that ends inside the record: the force is its largest size in the stick, less noise.
+
+    The largest sample lies below the peak by half the height of the triangle that the force may have made between two
+    samples, in the mean.
+    """
     time, force = run.record.time, run.force
     noise, scatter = float(np.median(run.error)), noise_level(force)
     sticks = stretches(run.stuck)
@@ -486,13 +573,23 @@ def _break_aways(run: _Run) -> xr.Dataset:
         step = float(time[last] - time[last - 1])
         inside = force[first : last + 1]
         sense = 1.0 if inside[-1] >= 0 else -1.0
-        peak = (float(np.max(sense * inside)) - _excess(sense * inside, scatter)) * sense
-        t, f = time[first : last + 1] - time[first], inside
-        rate = float(np.polyfit(t, f, 1)[0])
+        # a late force begins the stick with that of the slip before it, which is no loading
+        t, f = time[first : last + 1] - time[first], np.interp(time[first : last + 1] + run.lag, time, force)
+        # nor is the fall behind its highest force
+        loaded = int(np.argmax(sense * f)) + 1
+        loading = slice(loaded if loaded > max(len(t) // 2, 2) else None)
+        rate = float(np.polyfit(t[loading], f[loading], 1)[0])
+        top = first + int(np.argmax(sense * inside))
+        fall = max(sense * (force[top] - force[min(top + 1, len(force) - 1)]) - CLEAR * scatter, 0.0)
+        rise = max(sense * rate * step, 0.0)
+        missed = rise * fall / (rise + fall) / 2 if fall > 0 else 0.0
+        peak = (float(np.max(sense * inside)) - _excess(sense * inside, scatter) + missed) * sense
         rest = f - np.polyval(np.polyfit(t, f, 1), t)
         following = sticks[number + 1][0] if number + 1 < len(sticks) else len(time)
         drop = abs(peak) - float(np.min(sense * force[last:following]))
-        force_error = math.hypot(noise, abs(rate) * step)
+        force_error = math.hypot(
+            noise, abs(rate) * step / math.sqrt(12), abs(rate) * float(run.facts["break_away_late"])
+        )
         stick_time = float(time[last] - time[first]) if first > 0 else math.nan
         spread = float(np.sqrt(np.sum(rest**2) / max(len(t) - 2, 1) / np.sum((t - t.mean()) ** 2)))
         values = (float(time[last]), stick_time, rate, peak, drop)

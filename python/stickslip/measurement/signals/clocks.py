@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,24 @@ MOST_SAMPLES = 20_000
 
 STRETCHES = 10
 """Of a record that must agree on a lag."""
+
+SAME_REST, CLEARLY_LESS = 1.25, 2.0
+"""Mean squares that differ by less than this factor tell no two explanations apart, and by more than this one surely do."""
+
+PRESLIDING = 20
+"""Distances over which friction may build up are tried."""
+
+COLLINEAR = 1e-6
+"""Columns of length 1 whose smallest singular value is less than this are one."""
+
+FEWEST_SLIPS, DRIVE = 4, 3
+"""Of a record, for a lag to be told, and the order of the polynomial that the pull of the drive is in each of them."""
+
+SLIP_REST, NOISE_REST = 0.05, 1.5
+"""Shares of the variance of the acceleration, and of its noise, that the equation of motion may leave."""
+
+OWN, EXPLAINED = 0.02, 0.6
+"""Share of the force that position and speed must leave, and of what they leave of the acceleration, that it may leave."""
 
 LEAST_SAMPLES = 8
 """Of an extension, from which a spring can be told."""
@@ -230,30 +249,36 @@ class Lag:
     ----------
     value, error : s; positive where the force is late.
     before, after : rms of what is left of the force without and with the lag, in its unit.
+    distance : m or rad over which friction that builds up after each reversal would leave as little; NaN: over none.
     """
 
     value: float
     error: float
     before: float
     after: float
+    distance: float = math.nan
 
 
-def lag_of_force(time: Array, force: Array, speed: Array, acceleration: Array) -> Lag | None:
+def lag_of_force(
+    time: Array, force: Array, speed: Array, acceleration: Array, beside: Array | None = None
+) -> Lag | None:
     """The lag under which friction over speed is one curve, for speeding up and for slowing down; None where none is seen.
 
     For each lag o
 
-        force(t + o) = f(w(t)) + m a(t)
+        force(t + o) = f(w(t)) + m a(t) + c b(t)
 
-    is fitted by least squares, f by a level in each of `LAG_BINS` equally filled ranges of w, m free, so that an inertia
-    left in the force passes for no lag. A lag is seen where it is more than one sample and less than about a sixth of the
-    time between two turns of the speed, where its fit leaves at most `LAG_LEAST` of the variance that is left without, in
-    nine of ten stretches less, where the lags of these agree, and where a shift over the path, as of friction that builds
-    up over a distance after each reversal, leaves more.
+    is fitted by least squares, f by a level in each of `LAG_BINS` equally filled ranges of w, m and c free, so that an
+    inertia or the gravity of an arm left in the force passes for no lag and hides none. A lag is seen where it is more than
+    one sample and less than about a sixth of the time between two turns of the speed, where its fit leaves at most
+    `LAG_LEAST` of the variance that is left without, in nine of ten stretches less, where the lags of these agree, and where
+    friction that builds up over a distance after each reversal leaves no less: a shift over the path, or a force that is
+    proportional to the path until it is that of slip (presliding).
 
     Parameters
     ----------
     time, force, speed, acceleration : (n,) on one clock.
+    beside : (n, p) what else the force may follow, such as sine and cosine of an angle.
 
     Examples
     --------
@@ -274,25 +299,33 @@ def lag_of_force(time: Array, force: Array, speed: Array, acceleration: Array) -
     # across a change of sign no level serves
     bins = np.searchsorted(np.unique([*edges, 0.0]), w)
     parts = np.arange(len(w)) * STRETCHES // len(w)
+    others = a[:, None] if beside is None else np.column_stack([a, beside[some]])
 
-    def rests(lag: float, along: Array) -> Array:
-        """Mean square of what is left in each stretch, the force shifted along the time or the path."""
-        shifted = along[some] + lag
-        inside = (shifted >= along[0]) & (shifted <= along[-1])
-        seen = np.interp(shifted[inside], along, force)
-        kind, part = bins[inside], parts[inside]
-        count = np.maximum(np.bincount(kind), 1)
-        both = np.stack([seen, a[inside]])
-        both = np.stack([values - (np.bincount(kind, values) / count)[kind] for values in both])
-        left = both[0] - (both[0] @ both[1]) / max(both[1] @ both[1], 1e-300) * both[1]
-        total = np.bincount(part, minlength=STRETCHES)
-        return np.asarray(np.bincount(part, left**2, STRETCHES) / np.where(total, total, np.nan))
+    def rests(along: Array, shifts: Array, others: Array = others) -> Array:
+        """Mean square of what is left in each stretch, (shifts, stretches), the force shifted along the time or the path."""
+        inside = (along[some] + shifts.min() >= along[0]) & (along[some] + shifts.max() <= along[-1])
+        here, kind, part = along[some][inside], bins[inside], parts[inside]
+        count, total = np.maximum(np.bincount(kind), 1), np.bincount(part, minlength=STRETCHES)
+
+        def without_levels(values: Array) -> Array:
+            return np.asarray(values - (np.bincount(kind, values) / count)[kind])
+
+        columns = np.stack([without_levels(column) for column in others[inside].T], axis=1)
+        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        base, size, _ = np.linalg.svd(columns, full_matrices=False)
+        base = base[:, size > COLLINEAR]
+        table = []
+        for shift in shifts:
+            left = without_levels(np.interp(here + shift, along, force))
+            left = left - base @ (base.T @ left)
+            table.append(np.bincount(part, left**2, STRETCHES) / np.where(total, total, np.nan))
+        return np.array(table)
 
     # a lag is short against the time in which the motion turns round
     turns = max(int(np.count_nonzero(np.diff(np.sign(acceleration)))), 1)
     most = float(np.ptp(time)) * min(0.15 / turns, 0.05)
     lags = np.linspace(-most, most, 2 * int(np.clip(most / step, 2, MOST_LAGS)) + 1)
-    table = np.array([rests(lag, time) for lag in lags])
+    table = rests(time, lags)
     whole = np.nanmean(table, axis=1)
     best = int(np.argmin(whole))
     if not 0 < best < len(lags) - 1 or np.isnan(table).all(axis=0).any():
@@ -311,9 +344,146 @@ def lag_of_force(time: Array, force: Array, speed: Array, acceleration: Array) -
         return None
     path = np.concatenate([[0.0], np.cumsum(np.abs(speed[1:]) * np.diff(time))])
     longest = float(np.abs(speed).max()) * most
-    if min(float(np.nanmean(rests(shift, path))) for shift in np.linspace(0, longest, MOST_LAGS + 1)) < whole[best]:
+    along_path = np.nanmean(rests(path, np.linspace(0, longest, MOST_LAGS + 1)), axis=1)
+    over = 0.0 if value < 0 else _path_after_reversals(path, speed, round(value / step))
+    built_up, distance = math.inf, math.nan
+    if over > 0:
+        distances = over * np.geomspace(0.3, 10, PRESLIDING)
+        senses = _presliding(path, speed, distances)[:, some] - np.sign(w)
+        left = [float(np.nanmean(rests(time, np.zeros(1), np.column_stack([others, column])))) for column in senses]
+        built_up, distance = min(left), float(distances[int(np.argmin(left))])
+    if min(float(along_path.min()), built_up * CLEARLY_LESS) < whole[best]:
         return None
-    return Lag(value, error, math.sqrt(float(whole[none])), math.sqrt(float(whole[best])))
+    distance = distance if built_up < SAME_REST * whole[best] else math.nan
+    return Lag(value, error, math.sqrt(float(whole[none])), math.sqrt(float(whole[best])), distance)
+
+
+def _path_after_reversals(path: Array, speed: Array, samples: int) -> float:
+    """How far the motion usually goes in so many samples after the speed changes its sense, 0 where it never does."""
+    turns = np.flatnonzero(np.diff(np.sign(speed))) + 1
+    turns = turns[turns + samples < len(path)]
+    return float(np.median(path[turns + samples] - path[turns])) if turns.size else 0.0
+
+
+def _presliding(path: Array, speed: Array, distances: Array) -> Array:
+    """Sense of a friction that is a spring up to slip, from one sense to the other over a distance: (distances, n)."""
+    sense = np.sign(speed)
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(sense)) + 1])
+    stretch = np.repeat(np.arange(len(starts)), np.diff([*starts, len(path)]))
+    steepness = 2 / distances
+    before = [np.full(len(distances), sense[0])]
+    for start, end in pairwise(starts):
+        before.append(np.clip(before[-1] + sense[start] * (path[end] - path[start]) * steepness, -1, 1))
+    since = sense * (path - path[starts[stretch]])
+    return np.asarray(np.clip(np.array(before).T[:, stretch] + steepness[:, None] * since, -1, 1))
+
+
+def lag_at_slips(
+    time: Array,
+    force: Array,
+    position: Array,
+    speed: Array,
+    acceleration: Array,
+    acceleration_error: Array,
+    windows: list[tuple[int, int]],
+) -> Offset | None:
+    """The lag of a force against the slips of a mass that a drive pulls by a spring; None where it cannot be told.
+
+    For each lag o
+
+        a(t) = -force(t + o) / m - d w(t) - k x(t) + p_i(t)
+
+    is fitted by least squares over all windows i, m, d and k the same in all, p_i a polynomial of the order `DRIVE`: the
+    equation of motion, whatever the friction law is. The error is that of the scatter from window to window (sandwich), and
+    never less than that of a sample somewhere in its step. The lag can be told where there are `FEWEST_SLIPS` windows, where
+    no more is left of the acceleration than `SLIP_REST` of its variance or `NOISE_REST` of its noise, and where the force
+    is more than a sum of position and speed (`OWN`) and explains the acceleration (`EXPLAINED`).
+
+    Parameters
+    ----------
+    time, force, position, speed, acceleration, acceleration_error : (n,) on one clock, all smoothed alike.
+    windows : first sample and the one behind the last, each with one slip and a part of the sticks beside it.
+
+    Returns
+    -------
+    Offset; `correlation` is that of the acceleration with what was fitted.
+
+    Limits: of a drive that is uneven within a slip, of a string that swings by itself, and of a sensor in the spring, whose
+    force follows position and speed alone, nothing is told.
+
+    Examples
+    --------
+    >>> t = np.arange(0, 30, 0.02)
+    >>> u = t % 3 - 1  # slips of 1 s: a half sine of the acceleration, friction what is left of a spring
+    >>> slips = (u > 0) & (u < 1)
+    >>> a = np.where(slips, np.sin(2 * np.pi * u), 0.0)
+    >>> w = np.where(slips, 1 - np.cos(2 * np.pi * u), 0.0) / (2 * np.pi)
+    >>> x = np.cumsum(w) * 0.02
+    >>> friction = 5 * (t / (6 * np.pi) - x) - 2 * a
+    >>> late = np.interp(t - 0.05, t, friction)
+    >>> windows = [(i, i + 150) for i in range(75, 1200, 150)]
+    >>> found = lag_at_slips(t, late, x, w, a, np.zeros_like(a), windows)
+    >>> round(found.value, 2)
+    0.05
+    """
+    step = float(np.median(np.diff(time)))
+    lengths = [time[last - 1] - time[first] for first, last in windows]
+    most = 0.25 * float(np.median(lengths)) if lengths else 0.0
+    stride = -(-sum(last - first for first, last in windows) // (MOST_SAMPLES // 2)) if windows else 1
+    inside = [
+        slice(first, last, stride)
+        for first, last in windows
+        if last - first >= LEAST_SAMPLES * stride
+        and time[first] - most >= time[0]
+        and time[last - 1] + most <= time[-1]
+    ]
+    if len(inside) < FEWEST_SLIPS or most < step:
+        return None
+    lines = [
+        np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1, 1, len(time[part])), DRIVE))[0] for part in inside
+    ]
+
+    def bent(values: Array, at: Array) -> Array:
+        """The values at these times without the polynomial of their window, window by window."""
+        found = [np.interp(at[part], time, values) for part in inside]
+        return np.concatenate([one - line @ (line.T @ one) for one, line in zip(found, lines, strict=True)])
+
+    base = np.linalg.qr(np.stack([bent(position, time), bent(speed, time)], axis=1))[0]
+    moved = bent(acceleration, time)
+    moved = moved - base @ (base.T @ moved)
+    starts = np.cumsum([0, *(len(line) for line in lines[:-1])])
+
+    def rests(lag: float) -> Array:
+        """Sum of squares that is left in each window."""
+        seen = bent(force, time + lag)
+        seen = seen - base @ (base.T @ seen)
+        left = moved - float(moved @ seen) / max(float(seen @ seen), 1e-300) * seen
+        return np.asarray(np.add.reduceat(left**2, starts))
+
+    value, apart = 0.0, most / 20
+    lags = np.linspace(-most, most, 41)
+    while True:
+        whole = [float(rests(lag).sum()) for lag in lags]
+        best = int(np.argmin(whole))
+        if not 0 < best < len(lags) - 1:
+            return None
+        value = float(lags[best])
+        if apart < STAMPED * step:
+            break
+        lags, apart = value + apart * np.linspace(-1.2, 1.2, 13), apart / 5
+    before, here, after = (rests(value + shift) for shift in (-step, 0.0, step))
+    slope, curvature = (after - before) / (2 * step), float((after - 2 * here + before).sum()) / step**2
+    variance = float(np.sum(bent(acceleration, time) ** 2))
+    noise = sum(float(np.sum(acceleration_error[part] ** 2)) for part in inside)
+    if not curvature > 0 or here.sum() > max(SLIP_REST * variance, NOISE_REST * noise):
+        return None
+    seen = bent(force, time + value)
+    own = seen - base @ (base.T @ seen)
+    if own @ own < OWN * (seen @ seen) or here.sum() > EXPLAINED * (moved @ moved):
+        return None
+    count = len(inside)
+    error = math.sqrt(count / (count - 1) * float(np.sum((slope - slope.mean()) ** 2))) / curvature
+    return Offset(value, math.hypot(error, STAMPED * step), math.sqrt(1 - float(here.sum()) / variance))
 
 
 def _offsets(time_a: Array, time_b: Array, step: float) -> Array:
