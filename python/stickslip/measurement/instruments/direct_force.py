@@ -61,6 +61,7 @@ class _Run:
     error: Array
     stuck: Mask
     lag: float
+    between: float
     unit: str
     speed_unit: str
     notes: list[str]
@@ -262,15 +263,17 @@ def _run(record: Samples, bench: Bench) -> _Run:
     stuck = np.zeros(len(motion.w), dtype=bool) if level is None else _stuck(motion.w, level, motion.w_error)
     step = float(np.median(np.diff(record.time)))
     lag = _lag_at_slips(record, motion, stuck)
+    offset = bench.maybe("clock_offset") or 0.0
     if lag is not None and abs(lag.value) > max(0.5 * step, 5 * lag.error):
-        notes.append(_slip_lag_note(lag, bench.maybe("clock_offset") or 0.0))
+        notes.append(_slip_lag_note(lag, offset))
+    between = 0.0 if bench.companion else (offset / step) % 1
     facts = _levels(motion, friction, bench)
     if level is not None:
         facts |= _slow(record.time, motion.w, stuck, level) | {"break_away_late": _late(lag, step)}
     facts |= _given(record, bench, float(facts["force"]), notes)
     return _Run(
         *(record, motion.w, motion.w_error, motion.acceleration, friction, error, stuck),
-        *(0.0 if lag is None else lag.value, unit, motion.unit, notes, facts),
+        *(0.0 if lag is None else lag.value, between, unit, motion.unit, notes, facts),
     )
 
 
@@ -560,7 +563,7 @@ def _break_aways(run: _Run) -> xr.Dataset:
     """One row for each stick that ends inside the record: the force is its largest size in the stick, less noise.
 
     The largest sample lies below the peak by half the height of the triangle that the force may have made between two
-    samples, in the mean.
+    samples, in the mean; one between two samples of a force that was taken later lies lower still.
     """
     time, force = run.record.time, run.force
     noise, scatter = float(np.median(run.error)), noise_level(force)
@@ -583,6 +586,8 @@ def _break_aways(run: _Run) -> xr.Dataset:
         fall = max(sense * (force[top] - force[min(top + 1, len(force) - 1)]) - CLEAR * scatter, 0.0)
         rise = max(sense * rate * step, 0.0)
         missed = rise * fall / (rise + fall) / 2 if fall > 0 else 0.0
+        after = sense * (force[top] - force[min(top + 2, len(force) - 1)])
+        missed += min((1 - run.between) * rise, run.between * max(after - CLEAR * scatter, 0.0))
         peak = (float(np.max(sense * inside)) - _excess(sense * inside, scatter) + missed) * sense
         rest = f - np.polyval(np.polyfit(t, f, 1), t)
         following = sticks[number + 1][0] if number + 1 < len(sticks) else len(time)
