@@ -15,14 +15,23 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import linear, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameters
-from stickslip.identification.estimator.uncertainty import estimate
+from stickslip.identification.estimator.uncertainty import estimate, half_width
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
+    EVALUATIONS,
+    FIRST,
     OF_CONTACT,
     OfSteps,
+    converged,
+    of_ramps,
     path_of_decay,
+    ramp_of,
+    starting_points,
     step_response,
     table_of_steps,
+    undetermined,
+    what_is_not_known,
+    with_limits,
 )
 from stickslip.laws.rate_state import RateState
 
@@ -33,19 +42,26 @@ LEAST_STEPS = 4
 """Steps below which their scatter says too little of the errors."""
 BINS = (30, 120)
 """Means over each hold before a step, evenly over its later half, and after it, ever wider."""
+REACH = np.array([4.0, 0.3, 6.0, 8.0])
+"""How far ln a, b, ln D_c and ln κ are searched."""
 ALIKE = 0.1
 """Steps whose logarithms of the ratio of speeds round alike to this are computed as one, and scaled by it."""
 
 
 @dataclass(frozen=True)
 class _Step:
-    """Means around one step: the path since it, friction, and which run of holds under one load it belongs to."""
+    """Means around one step: the path since it, friction, and which run of holds under one load it belongs to.
+
+    `sampled` is the path from sample to sample after the step, `ramp` the time that the drive takes for it.
+    """
 
     path: Array
     friction: Array
     speeds: tuple[float, float]
     load: float
     run: int
+    sampled: float
+    ramp: float
 
     @property
     def jump(self) -> float:
@@ -53,9 +69,10 @@ class _Step:
         return math.log(self.speeds[1] / self.speeds[0])
 
     @property
-    def alike(self) -> float:
-        """That of all steps that are computed as one with it."""
-        return math.copysign(max(round(abs(self.jump) / ALIKE), 1) * ALIKE, self.jump)
+    def alike(self) -> tuple[float, float]:
+        """That of all steps that are computed as one with it, and the path of the drive's ramp."""
+        jump = math.copysign(max(round(abs(self.jump) / ALIKE), 1) * ALIKE, self.jump)
+        return jump, self.ramp * sum(self.speeds) / 2
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -153,8 +170,7 @@ def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:
         )
     steps = _steps(tree, table)
     start = _start(table, steps)
-    aging = _Fit.of(steps, [start + np.array([0.0, 0.0, shift, -shift]) for shift in (-1.0, 0.0, 1.0)], "aging")
-    found = {"aging": aging, "slip": _Fit.of(steps, [aging.numbers], "slip")}
+    found = {form: _Fit.of(steps, [start], form, screened=True) for form in ("aging", "slip")}
     form = min(found, key=lambda key: found[key].cost)
     best, other = found[form], found["slip" if form == "aging" else "aging"]
     parameters, covariance, scores = best.table()
@@ -210,6 +226,16 @@ def _words(steps: list[_Step], best: _Fit, other: _Fit, parameters: pd.DataFrame
         "errors come from the scatter over the steps; a, b and the stiffness round the peak together, so they are known less "
         "well than a - b",
     ]
+    notes += what_is_not_known(
+        list(NAMES),
+        best.lost,
+        parameters["value"],
+        min(step.sampled for step in steps),
+        min(abs(s.jump) for s in steps),
+    )
+    notes += of_ramps([step.ramp for step in steps], [step.alike[1] for step in steps])
+    if not converged(best.jacobian, best.residuals, ~best.lost):
+        notes.append("the search ended before the misfit was least: take the numbers for a guess")
     off, error, where = best.common()
     if abs(off) > 3 * error:
         notes.append(
@@ -228,6 +254,7 @@ def _steps(tree: xr.DataTree, table: pd.DataFrame) -> list[_Step]:
     for at, begin, last, *speeds in table[list(names)].to_numpy().tolist():
         # where the hold before this step is not the one after the step before, the load was changed between them
         run, until = run + (begin > until), last
+        at, ramp = ramp_of(time, x, at, begin, last)
         first, here, end = np.searchsorted(time, [(begin + at) / 2, at, last]).tolist()
         before = np.linspace(first, here, BINS[0] + 1).astype(int)
         after = here + np.geomspace(1, max(end - here, 2), BINS[1]).astype(int) - 1
@@ -235,7 +262,8 @@ def _steps(tree: xr.DataTree, table: pd.DataFrame) -> list[_Step]:
         counts = np.diff(edges)
         path, mean = (np.add.reduceat(values[: edges[-1]], edges[:-1]) / counts for values in (x, friction))
         path -= float(np.interp(at, time, x))
-        found.append(_Step(path, mean, (speeds[0], speeds[1]), float(np.mean(load[first:end])), run))
+        sampled = speeds[1] * float(np.median(np.diff(time[here : end + 1])))
+        found.append(_Step(path, mean, (speeds[0], speeds[1]), float(np.mean(load[first:end])), run, sampled, ramp))
     return found
 
 
@@ -257,17 +285,26 @@ class _Fit:
     numbers: Array
     jacobian: Array
     residuals: Array
+    middle: Array
+    """Of the search."""
 
     @classmethod
-    def of(cls, steps: list[_Step], starts: list[Array], form: str) -> _Fit:
-        """From the best of some starts, then with each step weighed by its own misfit."""
-        blank = cls(steps, form, np.ones(len(steps)), starts[0], np.empty(0), np.empty(0))
-        fit = min((blank._search(start) for start in starts), key=lambda one: float(np.sum(one.residuals**2)))
+    def of(cls, steps: list[_Step], starts: list[Array], form: str, *, screened: bool = False) -> _Fit:
+        """From the best of some starts (`screened`: and of a grid), then with each step weighed by its own misfit."""
+        blank = cls(steps, form, np.ones(len(steps)), starts[0], np.empty(0), np.empty(0), starts[0])
+        if screened:
+            starts = [*starts, *blank._screened(math.exp(starts[0][0]), math.exp(starts[0][2]))]
+        fit = min((blank._search(start, FIRST) for start in starts), key=lambda one: float(np.sum(one.residuals**2)))
         for _ in range(2):
             fit = replace(fit, weights=1 / np.maximum(fit.rms_of_steps, 1e-9))._search(fit.numbers)
         return fit
 
-    def _search(self, start: Array) -> _Fit:
+    def _screened(self, a: float, decay: float) -> list[Array]:
+        without_nuisance = project_out(self._nuisance)
+        friction = without_nuisance(np.concatenate([step.friction for step in self.steps]))
+        return starting_points(lambda numbers: without_nuisance(self._model(numbers)), friction, a, decay)
+
+    def _search(self, start: Array, evaluations: int = EVALUATIONS) -> _Fit:
         edges = self._edges
         weight = np.repeat(self.weights, np.diff(edges))
         friction = np.concatenate([step.friction for step in self.steps]) * weight
@@ -277,9 +314,10 @@ class _Fit:
             return without_nuisance(friction - self._model(numbers) * weight)
 
         scale = np.array([0.1, 1e-3, 0.3, 0.3])
-        reach = np.array([4.0, 0.3, 6.0, 8.0])
-        found = minimize(residuals, [start], (start - reach, start + reach), scale=scale, step=1e-4, evaluations=60)
-        return replace(self, numbers=found.vector, jacobian=found.jacobian, residuals=found.residuals)
+        found = minimize(
+            residuals, [start], (start - REACH, start + REACH), scale=scale, step=1e-4, evaluations=evaluations
+        )
+        return replace(self, numbers=found.vector, jacobian=found.jacobian, residuals=found.residuals, middle=start)
 
     @property
     def _edges(self) -> npt.NDArray[np.int_]:
@@ -299,14 +337,15 @@ class _Fit:
 
     def _model(self, numbers: Array) -> Array:
         """Friction from before each step: steps alike are one curve over the path."""
-        curves: dict[float, tuple[Array, Array]] = {}
-        for jump in {step.alike for step in self.steps}:
-            far = max(float(step.path[-1]) for step in self.steps if step.alike == jump)
+        curves: dict[tuple[float, float], tuple[Array, Array]] = {}
+        for alike in {step.alike for step in self.steps}:
+            far = max(float(step.path[-1]) for step in self.steps if step.alike == alike)
             grid = np.concatenate([[0.0], np.geomspace(1e-4, 1.0, 200) * far])
-            response = step_response(grid, numbers, jump, self.form)
-            # no motion at these numbers: worse than any misfit
-            curves[jump] = grid, np.ones(len(grid)) if response is None else response
-        parts = [step.jump / step.alike * np.interp(step.path, *curves[step.alike]) for step in self.steps]
+            response = step_response(grid, numbers, alike[0], self.form, alike[1])
+            if response is None:
+                raise InputError(f"no motion follows from {numbers}")  # such a step of the search is refused
+            curves[alike] = grid, response
+        parts = [step.jump / step.alike[0] * np.interp(step.path, *curves[step.alike]) for step in self.steps]
         return np.concatenate(parts)
 
     def _by_step(self, values: Array) -> list[Array]:
@@ -342,8 +381,23 @@ class _Fit:
         sizes = [float(columns[at, number]) for number, at in enumerate(self._edges[:-1])]
         return np.asarray(found[: len(self.steps)] * sizes)
 
+    @property
+    def lost(self) -> npt.NDArray[np.bool_]:
+        """Which numbers the steps do not determine."""
+        return undetermined(self.jacobian, self.residuals, self.numbers - self.middle, REACH)
+
+    def _half_a_sample(self) -> Array:
+        """What residuals change by where all steps come half a sample later."""
+        weight = np.repeat(self.weights, np.diff(self._edges))
+        later = [replace(step, path=step.path - step.sampled / 2) for step in self.steps]
+        change = (self._model(self.numbers) - replace(self, steps=later)._model(self.numbers)) * weight
+        return project_out(self._nuisance * weight[:, None])(change)
+
     def table(self) -> tuple[pd.DataFrame, pd.DataFrame, Array]:
-        """Numbers with errors from the scatter over the steps, their covariance, and those of each step alone."""
+        """Numbers with errors, their covariance, and those of each step alone.
+
+        The errors come from the scatter over the steps, and from their times, which are known to half a sample.
+        """
         count = len(self.steps)
         inverse = np.linalg.pinv(self.jacobian.T @ self.jacobian)
         parts = zip(np.split(self.jacobian, self._edges[1:-1]), self._by_step(self.residuals), strict=True)
@@ -351,10 +405,19 @@ class _Fit:
         moves = np.array([-inverse @ (jacobian.T @ part) for jacobian, part in parts])
         freedom = max(count - len(NAMES), 1)
         parameters = Parameters(OF_CONTACT)
-        table, covariance = estimate(parameters, self.numbers, moves.T @ moves * count / freedom, freedom, A_MINUS_B)
+        over_steps = moves.T @ moves * count / freedom
+        timing = inverse @ (self.jacobian.T @ self._half_a_sample())
+        whole = with_limits(over_steps + np.outer(timing, timing), REACH, self.lost)
+        # what the timing adds does not come from a few steps (Welch & Satterthwaite)
+        certain = freedom / np.maximum(np.diag(over_steps) / np.maximum(np.diag(whole), 1e-300), 1e-6) ** 2
+        table, covariance = estimate(parameters, self.numbers, whole, certain, A_MINUS_B)
+        alone = estimate(parameters, self.numbers, over_steps, freedom, A_MINUS_B)[0]["error"]
+        change, error = table["value"].to_dict()["a_minus_b"], table["error"].to_dict()["a_minus_b"]
+        half = half_width(error, freedom * (error / max(float(alone["a_minus_b"]), 1e-300)) ** 4)
+        table.loc["a_minus_b", "low"], table.loc["a_minus_b", "high"] = change - half, change + half
         moves = moves * parameters.units(self.numbers)
         moves = np.column_stack([moves, moves[:, 0] - moves[:, 1]])
-        table = table.assign(scatter=table["error"] * math.sqrt(count))
+        table = table.assign(scatter=alone * math.sqrt(count))
         return table, covariance, np.asarray(table["value"].to_numpy() + count * moves)
 
     def common(self) -> tuple[float, float, float]:

@@ -40,6 +40,8 @@ AT_REST = 0.01
 """Share of the speed of the holds about a rest below which the drive rests."""
 FEWEST_RESTS = 3
 """Rests with a peak of friction after them that make a table of break-aways."""
+PIECES = 4
+"""Most pieces that a ramp between two holds is cut into."""
 GAP = 0.25
 """Ramp between two holds, as a part of the shorter one, above which they are no step."""
 
@@ -97,6 +99,13 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         notes.append(
             f"only {100 * covered:.0f} % of the path lie in stretches of constant speed: the displacement sways by more than "
             f"the tolerance of {tolerance:.3g}, or the speed changes slowly; look at the holds, and give the rig a tolerance"
+        )
+    found = len(holds)
+    holds = _without_ramps(time, holds)
+    if len(holds) < found:
+        notes.append(
+            f"{found - len(holds)} short stretches between two speeds are the drive's ramp from one to the other, not holds "
+            "of their own: the step is counted at the crossing of the lines of both holds"
         )
     rows = [_level(record, friction, load, hold, bench.number("settle")) for hold in holds]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -219,6 +228,23 @@ def _holds(time: Array, x: Array, tolerance: float, least_speed: float) -> tuple
         (part, path) for part, path in moving if part.last - part.first >= LEAST and path >= LEAST_PATH * tolerance
     ]
     return [part for part, _ in holds], sum(path for _, path in holds) / max(sum(path for _, path in moving), 1e-300)
+
+
+def _without_ramps(time: Array, holds: list[_Hold]) -> list[_Hold]:
+    """The holds without the pieces of a drive's ramp from one speed to the next: short ones of speeds in between."""
+    kept, k = holds[:1], 1
+    while k < len(holds):
+        old = kept[-1]
+        for n in range(min(k + PIECES, len(holds) - 1), k, -1):
+            new = holds[n]
+            change = np.diff([old.speed, *(piece.speed for piece in holds[k:n]), new.speed])
+            shorter = min(float(time[hold.last] - time[hold.first]) for hold in (old, new))
+            if abs(np.sign(change).sum()) == len(change) and time[new.first] - time[old.last] <= GAP * shorter:
+                k = n
+                break
+        kept.append(holds[k])
+        k += 1
+    return kept
 
 
 def _rest_between(time: Array, x: Array, old: _Hold, new: _Hold) -> bool:
