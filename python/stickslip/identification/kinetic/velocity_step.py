@@ -16,20 +16,21 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import Minimum, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.uncertainty import correlated_covariance, correlation_time, estimate
+from stickslip.identification.kinetic.step_drive import of_ramps, ramp_of
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
-    EVALUATIONS,
-    FIRST,
     OF_CONTACT,
     OF_SECOND,
     OfSteps,
-    converged,
-    of_ramps,
     path_of_decay,
-    ramp_of,
-    starting_points,
     step_response,
     table_of_steps,
+)
+from stickslip.identification.kinetic.step_search import (
+    EVALUATIONS,
+    FIRST,
+    converged,
+    starting_points,
     undetermined,
     what_is_not_known,
     with_limits,
@@ -207,8 +208,9 @@ def fit_velocity_step(
     ]
     if (chi := float(np.sqrt(np.mean(found[form].residuals ** 2)))) > NOISY:
         notes.append(
-            f"the fit misses the means by {chi:.2g} times what the noise before the step gives them: the drive, the machine "
-            "or the contact is not as in the law, which is in no error; look at the plot, give the rig a window of that step"
+            f"the fit misses the means by {chi:.2g} times what the noise from sample to sample gives them: noise is slower, "
+            "or drive, machine or contact are not as in the law; the errors hold how the misfit goes on along the record, "
+            "not what the law lacks: look at the plot"
         )
     notes += of_ramps([ramp], [ramp * sum(speeds) / 2])
     if not converged(found[form].jacobian, found[form].residuals, ~lost):

@@ -16,19 +16,20 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import linear, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameters
 from stickslip.identification.estimator.uncertainty import estimate, half_width
+from stickslip.identification.kinetic.step_drive import of_ramps, of_the_sample, ramp_of
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
-    EVALUATIONS,
-    FIRST,
     OF_CONTACT,
     OfSteps,
-    converged,
-    of_ramps,
     path_of_decay,
-    ramp_of,
-    starting_points,
     step_response,
     table_of_steps,
+)
+from stickslip.identification.kinetic.step_search import (
+    EVALUATIONS,
+    FIRST,
+    converged,
+    starting_points,
     undetermined,
     what_is_not_known,
     with_limits,
@@ -207,7 +208,7 @@ def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:
         loads=pd.DataFrame(rows),
         steps=per_step,
         rms={key: one.rms for key, one in sorted(found.items())},
-        notes=_words(steps, best, other, parameters),
+        notes=_words(steps, best, other, parameters) + of_the_sample(tree, table),
         curves=best.curves(),
     )
 
