@@ -67,8 +67,8 @@ def of_the_sample(tree: xr.DataTree, table: pd.DataFrame) -> list[str]:
     spring = float(np.median([one[1] for one in found])) * abs(middle)
     return [
         "the displacement lags behind an even drive as friction rises, as that of a sample behind a spring of about "
-        f"{spring:.2g} (friction per m): it is not that of the load point, from which the fit takes the path, so a, length "
-        "and stiffness are off by more than their errors; give the rig the column of the load point's displacement"
+        f"{spring:.2g} (friction per m): it is not that of the load point, from which the fit takes the path, so the numbers "
+        "are off by more than their errors; give the rig the column of the load point's displacement"
     ]
 
 

@@ -28,6 +28,7 @@ from stickslip.identification.kinetic.step_response import (
 from stickslip.identification.kinetic.step_search import (
     EVALUATIONS,
     FIRST,
+    RESOLVED,
     converged,
     starting_points,
     undetermined,
@@ -387,10 +388,12 @@ class _Fit:
         """Which numbers the steps do not determine."""
         return undetermined(self.jacobian, self.residuals, self.numbers - self.middle, REACH)
 
-    def _half_a_sample(self) -> Array:
-        """What residuals change by where all steps come half a sample later."""
+    def _timing(self) -> Array:
+        """What residuals change by where all steps come half a sample later, a whole one where the length is not resolved."""
         weight = np.repeat(self.weights, np.diff(self._edges))
-        later = [replace(step, path=step.path - step.sampled / 2) for step in self.steps]
+        finest = min(step.sampled for step in self.steps)
+        share = 0.5 if math.exp(self.numbers[2]) >= RESOLVED * finest else 1.0
+        later = [replace(step, path=step.path - share * step.sampled) for step in self.steps]
         change = (self._model(self.numbers) - replace(self, steps=later)._model(self.numbers)) * weight
         return project_out(self._nuisance * weight[:, None])(change)
 
@@ -407,7 +410,7 @@ class _Fit:
         freedom = max(count - len(NAMES), 1)
         parameters = Parameters(OF_CONTACT)
         over_steps = moves.T @ moves * count / freedom
-        timing = inverse @ (self.jacobian.T @ self._half_a_sample())
+        timing = inverse @ (self.jacobian.T @ self._timing())
         whole = with_limits(over_steps + np.outer(timing, timing), REACH, self.lost)
         # what the timing adds does not come from a few steps (Welch & Satterthwaite)
         certain = freedom / np.maximum(np.diag(over_steps) / np.maximum(np.diag(whole), 1e-300), 1e-6) ** 2
