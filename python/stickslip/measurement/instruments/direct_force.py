@@ -266,6 +266,7 @@ def _run(record: Samples, bench: Bench) -> _Run:
     offset = bench.maybe("clock_offset") or 0.0
     if lag is not None and abs(lag.value) > max(0.5 * step, 5 * lag.error):
         notes.append(_slip_lag_note(lag, offset))
+    # a force that was taken later by no whole number of steps lies between its samples by this share of a step
     between = 0.0 if bench.companion else (offset / step) % 1
     facts = _levels(motion, friction, bench)
     if level is not None:

@@ -32,6 +32,9 @@ LEAST_GROUND = 12
 FLOATS = 5
 """OpenCV's number for pictures of 32-bit floats."""
 
+CLEARLY = 0.7
+"""A larger share of the scatter may be all of it: what is left is the rim of the marker."""
+
 BYTES = 1 << 26
 MOST = 64
 """Memory for the pictures that are kept, and how many at most."""
@@ -71,7 +74,7 @@ def share_that_passes(pictures: dict[int, ResponseMap], x: Array, y: Array, size
 
     Returns
     -------
-    1 where the marker is seen at too few positions to tell.
+    1 where it is not clearly less, or the marker is seen at too few positions to tell.
 
     Examples
     --------
@@ -108,4 +111,5 @@ def share_that_passes(pictures: dict[int, ResponseMap], x: Array, y: Array, size
     patches = np.clip(patches[:, np.abs(np.median(patches, axis=0)) < limit], -limit, limit)
     whole = float(np.sum(patches**2))
     changing = float(np.sum((patches - patches.mean(axis=0)) ** 2)) * len(patches) / (len(patches) - 1)
-    return min(1.0, math.sqrt(changing / whole)) if whole > 0 else 1.0
+    share = math.sqrt(changing / whole) if whole > 0 else 1.0
+    return share if share < CLEARLY else 1.0
