@@ -321,8 +321,13 @@ struct Texture {
 }
 
 impl Texture {
-    /// That of what a ground is off its mean, NaN where there is none.
+    /// That of what a ground is off its median, NaN where there is none.
     fn of(off: &Array2<f64>) -> Self {
+        let (count, sum) = off
+            .iter()
+            .filter(|off| !off.is_nan())
+            .fold((0.0, 0.0), |(count, sum), off| (count + 1.0, sum + off));
+        let off = &off.map(|off| off - sum / f64::max(count, 1.0));
         let [rows, columns] = [Axis(1), Axis(0)].map(|along| {
             let moment = |apart: usize| {
                 let (mut pairs, mut sum) = (0_u32, 0.0);

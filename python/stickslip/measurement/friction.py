@@ -306,7 +306,7 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
         notes.append(
             f"the noise is alike over {friction.low_pass / record.step:.2g} samples, as behind a low-pass of some "
             f"{1 / (2 * math.pi * friction.low_pass):.2g} Hz ahead of the converter: that shifts break-aways and smears the "
-            "force beside them and beside captures, which the errors hold; take it out, or sample it far above the slips"
+            "force beside them and beside captures, which the errors hold; remove the filter, or set it far above the slips"
         )
     if few:  # so few samples place all break-aways alike
         friction = replace(friction, late=math.hypot(friction.late, BLUR * record.step))
@@ -427,8 +427,10 @@ def _behind_low_pass(friction: Friction, sticks: list[Stick], lasting: float) ->
     slips, ends = ~friction.stuck, [stick.end for stick in sticks if stick.ends]
     smeared = np.zeros(len(friction.time))
     if ends and slips.any():
-        events = np.array([t for stick in sticks for t in (stick.start, stick.end)])
-        away = np.abs(friction.time[slips, None] - events).min(axis=1)
+        events = np.sort([t for stick in sticks for t in (stick.start, stick.end)])
+        moments = friction.time[slips]
+        beside = np.searchsorted(events, moments)[:, None] - [1, 0]
+        away = np.abs(moments[:, None] - events[np.clip(beside, 0, len(events) - 1)]).min(axis=1)
         jump = float(np.median(np.interp(ends, friction.time, friction.force)) - np.median(friction.force[slips]))
         smeared[slips] = jump * np.exp(-away / lasting)
     return replace(

@@ -23,6 +23,8 @@ NEARLY = 0.9
 """A sine that just touches w = 0 is slow for so much of the time; what is slow for that share of it may touch it."""
 NEVER_SLIPS = 0.99
 """Share of slow time from which on a steady motion is none: the mass rests on the drive."""
+ENOUGH = 60
+"""Samples in a period of the free mass that show short sticks."""
 BLURRED = 0.5
 """Sticks are bounded where w passes half of V: an error of w as large hides what is short."""
 PARTS = 8
@@ -155,22 +157,22 @@ def nearly_sticks(slow: float, per_period: float) -> list[str]:
 
 
 def _hides(per_period: float) -> str:
+    few = f"{per_period:.0f} samples in a period of the free mass, " if per_period < ENOUGH else ""
     return (
-        f"{per_period:.0f} samples in a period of the free mass, a low-pass ahead of the converter or an uneven drive may "
-        "hide sticks, and friction at low slip speed is then not as stated; 60 samples a period without a filter, or a lower "
-        "drive velocity, tell"
+        f"{few}a low-pass ahead of the converter or an uneven drive may hide sticks, and friction at low slip speed is then "
+        f"not as stated; to tell, take {ENOUGH} samples a period without a filter, or a lower drive velocity"
     )
 
 
 def undecided(slow: float, slow_error: float, blur: float, per_period: float) -> str:
     """The sentence to the kind ``unknown``; the arguments are those of `regime` and `nearly_sticks`."""
-    if slow > LINGERS + slow_error:
+    if blur > BLURRED:
+        why = f"the slip velocity is known to {blur:.2g} V only, so short sticks would not be seen"
+    elif slow > LINGERS + slow_error:
         why = (
             f"|w| < {SLOW_LEVEL:g} V for {100 * slow:.0f} % of the time, as in stick-slip, but hardly a cycle is seen to "
             f"stick: {_hides(per_period)}"
         )
-    elif blur > BLURRED:
-        why = f"the slip velocity is known to {blur:.2g} V only, so short sticks would not be seen"
     else:
         why = f"|w| < {SLOW_LEVEL:g} V for {100 * slow:.0f} % of the time, too near the {100 * LINGERS:.0f} % of stick-slip"
     return f"the kind of motion cannot be told: {why}; no sticks were taken"

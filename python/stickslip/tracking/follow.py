@@ -433,17 +433,17 @@ def _suited(
     left, top = seen.corner
     width = float(np.nanmedian(size))
     passes = share_that_passes(seen.kept.pictures, x - left, y - top, width)
-    unstable = shown(x, y, size, size_error)
     if copied:
-        passes = max(passes, min(UNSEEN, unstable))
+        passes = max(passes, min(UNSEEN, shown(x, y, size, size_error)))
     for error in errors:
         error[:] = np.maximum(passes * error, LEAST_ERROR)
+    unstable = shown(x, y, size, passes * size_error)
     if copied or width < SMALL or not SHAKY < unstable < math.inf:
         return []
     return [
         f"The size of mass {mass} scatters {unstable:.2g} times as much as the noise around it explains. Specks, hairs or "
         "ticks on its way, or light and shadow that move over it, shift it by more than the errors hold; a change of "
-        "distance, focus or brightness need not."
+        "distance, focus or brightness changes the size alone."
     ]
 
 
@@ -498,7 +498,8 @@ def _widen(mass: int, times: Array, copied: bool, *axes: tuple[Array, Array]) ->
             stated = float(np.nanmedian(error))
             given.append(f"{name} {own * stated:.2g} px where the noise explains {stated:.2g}")
         if copied:
-            error *= np.fmax(1, COPIED * np.fmax(around, np.fmax(usual[0], usual[1])))
+            known = np.fmax(around, np.fmax(usual[0], usual[1]))
+            error *= np.fmax(1, COPIED * np.where(np.isnan(known), 1.0, known))
         elif own > least:
             error *= np.fmax(1, PERSISTS * around)
     if copied:

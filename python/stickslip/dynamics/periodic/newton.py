@@ -1,4 +1,4 @@
-"""Newton's method as closed orbits need it: no step leaves the motion, and one that goes too far is halved."""
+"""Newton's method as closed orbits need it: steps have a longest length, and one that goes too far is halved."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Round(Generic[Here]):
 
     here: Here
     step: Floats
-    errors: list[float]
+    errors: tuple[float, ...]
 
     @property
     def error(self) -> float:
@@ -48,9 +48,9 @@ class Round(Generic[Here]):
         return self.errors[-1]
 
     def converged(self, exact: float, held_up: float) -> bool:
-        """Whether the step is below `exact`, or below `held_up` and no smaller for the round before.
+        """Whether the step is below `exact`, or below `held_up` and at least a quarter of the smallest before.
 
-        >>> Round(None, np.zeros(1), [1e-3, 1e-6, 1e-11, 5e-12]).converged(1e-14, 1e-9)
+        >>> Round(None, np.zeros(1), (1e-3, 1e-6, 1e-11, 5e-12)).converged(1e-14, 1e-9)
         True
         """
         best = min(self.errors[:-1], default=math.inf)
@@ -71,7 +71,7 @@ def newton(
     most: int,
     progress: Callable[[], Any] = lambda: None,
 ) -> Iterator[Round[Here]]:
-    """The rounds of Newton's method; who takes them ends them.
+    """The rounds of Newton's method; the caller decides when to stop.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def newton(
     """
     last: tuple[Here, Floats] | None = None
     halved = 0
-    errors: list[float] = []
+    errors: tuple[float, ...] = ()
     for _ in range(most):
         progress()
         try:
@@ -104,7 +104,7 @@ def newton(
             halved += 1
             last = (last[0], last[1] / 2)
         else:
-            errors.append(error)
+            errors += (error,)
             yield Round(here, step, errors)
             last, halved = (here, np.asarray(step * min(1.0, reach / max(error, 1e-300)), float)), 0
         unknowns = moved(*last)

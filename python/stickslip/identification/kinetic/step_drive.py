@@ -35,6 +35,8 @@ def ramp_of(time: Array, x: Array, at: float, begin: float, end: float) -> tuple
         float(np.std(x[part] - np.polyval(line, time[part] - at))) for part, line in zip(parts, lines, strict=True)
     )
     change = float(lines[1][0] - lines[0][0])
+    if change == 0:
+        return at, 0.0
     crossing = at + float((lines[0][1] - lines[1][1]) / change)
 
     def off(when: float) -> float:

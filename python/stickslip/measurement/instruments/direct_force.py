@@ -387,9 +387,8 @@ def _given(record: Samples, bench: Bench, force: float, notes: list[str]) -> dic
     if actuators:
         pull = float(np.mean(sum(actuators)))
         facts["actuator_force"] = pull
-        notes.append(
-            f"the actuators pull with {pull:.4g} N together in the mean; friction is {force / pull:.3g} times that"
-        )
+        part = f"; friction is {force / pull:.3g} times that" if pull else ""
+        notes.append(f"the actuators pull with {pull:.4g} N together in the mean{part}")
     if "normal_force" not in record:
         facts["subtracted_inertia"] = bench.number("inertia")
     for name in OSCILLATOR:

@@ -440,7 +440,10 @@ def lag_at_slips(
     if len(inside) < FEWEST_SLIPS or most < step:
         return None
     lines = [
-        np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1, 1, len(time[part])), DRIVE))[0] for part in inside
+        np.linalg.qr(
+            np.polynomial.legendre.legvander(2 * (time[part] - time[part][0]) / np.ptp(time[part]) - 1, DRIVE)
+        )[0]
+        for part in inside
     ]
 
     def bent(values: Array, at: Array) -> Array:
@@ -457,7 +460,8 @@ def lag_at_slips(
         """Sum of squares that is left in each window."""
         seen = bent(force, time + lag)
         seen = seen - base @ (base.T @ seen)
-        left = moved - float(moved @ seen) / max(float(seen @ seen), 1e-300) * seen
+        # a force that speeds the mass up is no friction
+        left = moved - min(float(moved @ seen), 0.0) / max(float(seen @ seen), 1e-300) * seen
         return np.asarray(np.add.reduceat(left**2, starts))
 
     value, apart = 0.0, most / 20

@@ -29,15 +29,17 @@ OUTSIDE = 3.0
 LEAST_GROUND = 12
 """Pixels of it that must be seen at all positions."""
 
-FLOATS = 5
-"""OpenCV's number for pictures of 32-bit floats."""
-
 CLEARLY = 0.7
 """A larger share of the scatter may be all of it: what is left is the rim of the marker."""
 
+TRAVEL = 8.0
+"""A marker that stays within so many px passes too little of a ground with texture."""
+
 BYTES = 1 << 26
+"""Memory for the pictures that are kept; twice as many as are needed are kept in any case."""
+
 MOST = 64
-"""Memory for the pictures that are kept, and how many at most."""
+"""Pictures that are kept at most."""
 
 
 class KeptPictures:
@@ -76,6 +78,8 @@ def share_that_passes(pictures: dict[int, ResponseMap], x: Array, y: Array, size
     -------
     1 where it is not clearly less, or the marker is seen at too few positions to tell.
 
+    Limits: texture that rests and is alike over longer than the marker travels is taken for one that moves along.
+
     Examples
     --------
     >>> rng = np.random.default_rng(0)
@@ -96,7 +100,7 @@ def share_that_passes(pictures: dict[int, ResponseMap], x: Array, y: Array, size
         at = float(x[number]), float(y[number])
         if np.isfinite(at).all() and all(math.dist(at, other) >= APART for other in chosen):
             chosen.append(at)
-            patch = vision().getRectSubPix(picture, (2 * half + 1,) * 2, at, patchType=FLOATS)[ring]
+            patch = vision().getRectSubPix(picture, (2 * half + 1,) * 2, at, patchType=vision().CV_32F)[ring]
             high, wide = picture.shape
             across, down = columns[ring] + at[0], rows[ring] + at[1]
             patch[(across < 0) | (across > wide - 1) | (down < 0) | (down > high - 1)] = math.nan
@@ -104,7 +108,7 @@ def share_that_passes(pictures: dict[int, ResponseMap], x: Array, y: Array, size
     patches = np.array(found, float)
     if len(patches):
         patches = patches[:, np.isfinite(patches).all(axis=0)]
-    if len(patches) < FEWEST or patches.shape[1] < LEAST_GROUND:
+    if len(patches) < FEWEST or np.ptp(chosen, axis=0).max() < TRAVEL or patches.shape[1] < LEAST_GROUND:
         return 1.0
     patches -= np.median(patches, axis=1, keepdims=True)
     limit = OUTSIDE * 1.4826 * max(float(np.median(np.abs(patches))), 0.5)
