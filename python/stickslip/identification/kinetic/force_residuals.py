@@ -30,12 +30,16 @@ STEEPEST = 0.02
 
 @dataclass(frozen=True)
 class _BreakAways:
-    """The break-aways of a record that are compared, each column of shape (n,)."""
+    """The break-aways of a record that are compared, each column of shape (n,).
+
+    `rate` is the slope of friction over a stick, `loading` that of the pull, which is another where the mass creeps.
+    """
 
     slip: list[tuple[int, int]]
     stick_time: Array
     force: Array
     rate: Array
+    loading: Array
     sense: Array
     stated: Array
 
@@ -44,7 +48,7 @@ class _BreakAways:
         """Of a table of them; None of an empty one."""
         if not len(table):
             return None
-        names = ("stick_time", "force", "rate", "sense", "stated")
+        names = ("stick_time", "force", "rate", "loading", "sense", "stated")
         return cls(table["slip"].to_list(), *(table[name].to_numpy(float) for name in names))
 
 
@@ -106,7 +110,7 @@ class Problem:
             return pd.DataFrame()
         record = motion.record
         slips = pd.Series(record.own_slip(), dtype=object)
-        table = record.break_away.assign(slip=slips, force_rate=record.force_rates())
+        table = record.break_away.assign(slip=slips, loading=record.force_rates().abs())
         table = table[table["stick_time"].notna() & (table["stick_time"] > 0)]
         if self.relative:
             table = table[table["slip"].notna()]
@@ -114,9 +118,10 @@ class Problem:
         sense = [record.sense_of(slip) for slip in table["slip"]]
         late = _lag(record) if isinstance(self.law, WITH_MEMORY) else 0.0
         known = record.constants
-        shared = np.hypot(rate * known.get("late", 0.0), known.get("common", 0.0))
+        loading = table["loading"].fillna(_usual_rate(record))
+        shared = np.hypot(loading * known.get("late", 0.0), known.get("common", 0.0))
         own = own_error(table["force_error"].fillna(0.0), shared)
-        return table.assign(rate=rate, sense=sense, stated=np.hypot(own, rate * late))
+        return table.assign(rate=rate, loading=loading, sense=sense, stated=np.hypot(own, rate * late))
 
     def _natural_scales(self) -> dict[str, float]:
         force = float(np.median([np.median(np.abs(m.record.force[~m.record.stuck])) for m in self.motions]))
@@ -147,7 +152,7 @@ class Problem:
                 grown = law.break_away_force(table.stick_time + late, load) - law.break_away_force(
                     table.stick_time, load
                 )
-                found[i] = np.hypot(found[i], table.rate * late - grown)
+                found[i] = np.hypot(found[i], table.loading * late - grown)
         return found
 
     def approach(self, law: Law, number: int) -> Array:
