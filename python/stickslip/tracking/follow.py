@@ -55,6 +55,9 @@ UNSEEN = 4.0
 SHAKY = 3.0
 """So many times the scatter that noise explains is one of something else."""
 
+SIZE_ERROR = 0.02
+"""Of a size at least, in px: how a rim lies between the pixels."""
+
 SMALL = 12.0
 """The size of markers that are smaller, in px, depends on how they lie between the pixels."""
 
@@ -437,7 +440,7 @@ def _suited(
         passes = max(passes, min(UNSEEN, shown(x, y, size, size_error)))
     for error in errors:
         error[:] = np.maximum(passes * error, LEAST_ERROR)
-    unstable = shown(x, y, size, passes * size_error)
+    unstable = shown(x, y, size, np.maximum(passes * size_error, SIZE_ERROR))
     if copied or width < SMALL or not SHAKY < unstable < math.inf:
         return []
     return [
