@@ -35,10 +35,10 @@ CLEARLY = 0.7
 TRAVEL = 8.0
 """A marker that stays within so many px passes too little of a ground with texture."""
 
-BYTES = 1 << 26
+BYTES = 1 << 25
 """Memory for the pictures that are kept; twice as many as are needed are kept in any case."""
 
-MOST = 64
+MOST = 24
 """Pictures that are kept at most."""
 
 
