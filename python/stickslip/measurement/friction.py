@@ -246,11 +246,9 @@ def _measure(record: Record, rig: Rig, alone: bool = True) -> _Found:
     colour = _colour(stated, rig, seen.least)
     if colour is not None and (shaken is not None or not rigid):
         # what looks like a ripple or like creep may be noise that is slow
-        coloured = _coloured(stated, rig, colour, seen.known_noise, notes)
-        if coloured is not stated:
-            stated = coloured
-            still, shaken = _without_ripple(stated, rig, pixel)
-            trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
+        stated = _coloured(stated, rig, colour, seen.known_noise, notes)
+        still, shaken = _without_ripple(stated, rig, pixel)
+        trial, slope, rigid = rigid_sticks(still, o.drive_velocity)
     stated = still
     x, noise, presmoothed, flanks = stated.extension, stated.noise, stated.presmoothed, stated.flanks
     # A mass that does not go with the drive where it seems to rest does not rest; where nothing sticks, or for too few

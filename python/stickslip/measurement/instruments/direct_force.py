@@ -20,6 +20,7 @@ from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import event_table, facts_of_runs, friction_tree
 from stickslip.measurement.signals.clocks import (
+    FEWEST_SLIPS,
     LEAST_CORRELATION,
     Lag,
     Offset,
@@ -45,8 +46,6 @@ LEAST_LOAD = 0.01
 """Share of the largest normal force below which friction over normal force is not looked at."""
 CLEAR = 3.0
 """Standard deviations of the speed at rest from which on a mass moves; of the force, from which on it falls."""
-LEAST_STICKS = 3
-"""Of a record, between which it is looked at for a lag of its force."""
 
 
 @dataclass(frozen=True)
@@ -404,11 +403,6 @@ def _given(record: Samples, bench: Bench, force: float, notes: list[str]) -> dic
     return facts
 
 
-def _position(record: Samples, w: Array) -> Array:
-    """The displacement, or the path by the speed where there is none."""
-    return record["displacement"] if "displacement" in record else _path(record.time, w)
-
-
 def _path(time: Array, w: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum((w[1:] + w[:-1]) / 2 * np.diff(time))])
 
@@ -418,7 +412,7 @@ def _of_position(record: Samples, motion: _Motion) -> Array:
     w = motion.w
     if not ((w > 0).any() and (w < 0).any()):
         return np.empty((len(w), 0))
-    position = _position(record, w)
+    position = record["displacement"] if "displacement" in record else _path(record.time, w)
     of_angle = [np.sin(position), np.cos(position)] if motion.unit == "rad/s" else []
     return np.stack([position, *of_angle], axis=1)
 
@@ -450,7 +444,7 @@ def _lag_at_slips(record: Samples, motion: _Motion, stuck: Mask) -> Offset | Non
     w, sticks = motion.w, stretches(stuck)
     middles = [(first + last) // 2 for first, last in sticks]
     ways = {bool(np.mean(w[one[1] : other[0]]) > 0) for one, other in pairwise(sticks) if one[1] < other[0]}
-    if len(middles) < LEAST_STICKS or len(ways) != 1:
+    if len(middles) <= FEWEST_SLIPS or len(ways) != 1:
         return None
     force = jerk_spline(record.time, record["force"], cutoff=motion.cutoff).x
     accelerations = motion.acceleration, motion.acceleration_error
