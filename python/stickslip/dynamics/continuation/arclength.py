@@ -21,6 +21,8 @@ _REACH, _ROUNDS = 0.3, 25
 _EXACT, _HELD_UP = 1e-14, 1e-8
 #: The least cosine of the angle between the directions of a curve at two points that follow each other.
 _TURN = 0.9
+#: How much longer the next step is than one that succeeded.
+_GROWTH = 1.4
 
 Curve = TypeVar("Curve")
 
@@ -227,19 +229,35 @@ def turns(before: Floats, after: Floats) -> bool:
     return float(before @ after) < _TURN
 
 
-def follow(
-    advance: Callable[[Curve, float], tuple[Curve, float]],
-    point: Curve,
-    step: float,
-    smallest: float,
-    more: Callable[[], bool],
-) -> str:
+@dataclass
+class StepSize:
+    """The length of the next step along a curve: `now`, and what it stays between."""
+
+    now: float
+    smallest: float
+    largest: float
+
+    def grow(self) -> None:
+        """After a point."""
+        self.now = min(_GROWTH * self.now, self.largest)
+
+    def shrink(self, parts: int) -> bool:
+        """After a step that was lost; whether it is still long enough."""
+        self.now /= parts
+        return self.now >= self.smallest
+
+    def restart(self, length: float) -> None:
+        """The step after the point that is being added."""
+        self.now = length / _GROWTH
+
+
+def follow(advance: Callable[[Curve, float], Curve], point: Curve, step: StepSize, more: Callable[[], bool]) -> str:
     """Go from point to point of a curve, and say why it ends.
 
     Parameters
     ----------
-    advance : the next point after a step, and the step from there on; where it is lost the step is tried at half its length.
-    step : the first one; `smallest` below which the curve is lost.
+    advance : the next point after a step; where it is lost the step is tried at half its length.
+    step : the first one, and its bounds: below the smallest the curve is lost.
     more : whether another point is looked for, asked before each try.
 
     Returns
@@ -248,10 +266,10 @@ def follow(
     """
     while more():
         try:
-            point, step = advance(point, step)
+            point = advance(point, step.now)
+            step.grow()
         except Lost as lost:
-            step /= lost.parts if isinstance(lost, ShorterStep) else 2
-            if step < smallest:
+            if not step.shrink(lost.parts if isinstance(lost, ShorterStep) else 2):
                 return "lost"
         except CurveEnd as end:
             return end.reason

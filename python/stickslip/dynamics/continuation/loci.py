@@ -15,6 +15,7 @@ from stickslip.dynamics.continuation.arclength import (
     Family,
     Point,
     ShorterStep,
+    StepSize,
     corrected,
     follow,
     labels,
@@ -37,7 +38,8 @@ from stickslip.model.system import Oscillator, System
 if TYPE_CHECKING:
     import xarray as xr
 
-_SMALLEST, _LARGEST = 1e-5, 0.1
+#: Steps along a curve, in sizes of the motion and of the ranges.
+_FIRST, _SMALLEST, _LARGEST = 0.01, 1e-5, 0.1
 #: How near a curve of Hopf points comes to its bounds.
 _NEAR = 1e-3
 #: A direction this much shorter than that before it has vanished.
@@ -266,7 +268,7 @@ def _half(
             notify(len(rows))
         return len(rows) < most
 
-    def advance(point: Point, step: float) -> tuple[Point, float]:
+    def advance(point: Point, step: float) -> Point:
         nonlocal ended
         ahead = stepped(point, family, step)
         if not _allowed(ahead):
@@ -297,9 +299,9 @@ def _half(
         found.extend(_second(point, ahead, step, family, kind))
         ended = None
         rows.append(_row(ahead))
-        return ahead, min(1.4 * step, _LARGEST)
+        return ahead
 
-    if follow(advance, point, 0.01, _SMALLEST, more) == "lost" and ended is not None:
+    if follow(advance, point, StepSize(_FIRST, _SMALLEST, _LARGEST), more) == "lost" and ended is not None:
         found += _last(*ended, family, kind)
 
 
@@ -439,7 +441,7 @@ def _hopf_half(
         x = placed(values)[1]
         rows.append((float(values[0]), float(values[1]), x, x))
 
-    def advance(point: tuple[Floats, Floats], step: float) -> tuple[tuple[Floats, Floats], float]:
+    def advance(point: tuple[Floats, Floats], step: float) -> tuple[Floats, Floats]:
         values, way = point
         ahead = solved(values + step * way * spans, way)
         if ahead is None or turns(way, ahead[1]):
@@ -449,7 +451,7 @@ def _hopf_half(
                 raise ShorterStep(2)
             raise CurveEnd("bounds")
         add(ahead[0])
-        return ahead, min(1.4 * step, _LARGEST)
+        return ahead
 
     add(values)
-    follow(advance, (values, way), 0.01, _SMALLEST, lambda: len(rows) < most)
+    follow(advance, (values, way), StepSize(_FIRST, _SMALLEST, _LARGEST), lambda: len(rows) < most)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.continuation.arclength import CurveEnd, ShorterStep, follow, turns
+from stickslip.dynamics.continuation.arclength import CurveEnd, ShorterStep, StepSize, follow, turns
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_ways_of, range_of
 from stickslip.dynamics.continuation.conditions import TESTS, zeros
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
@@ -23,7 +23,8 @@ from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
-_SMALLEST, _LARGEST = 1e-3, 0.1
+#: Steps along a curve, in sizes of the variables and of the bounds.
+_FIRST, _SMALLEST, _LARGEST = 0.02, 1e-3, 0.1
 #: A step of Newton's method below which the orbit is closed, and that below which rounding may stop it.
 _CLOSED, _STALLED = 1e-9, 1e-6
 #: The largest step, in sizes of the variables and of the bounds, and the most rounds.
@@ -83,12 +84,12 @@ class StateWalk:
 
         with branch.kept():
             branch.add(point.cycle, point.value)
-            reason = follow(partial(self._next, branch), point, 0.02, _SMALLEST, more)
+            reason = follow(partial(self._next, branch), point, StepSize(_FIRST, _SMALLEST, _LARGEST), more)
             branch.ends = ("", reason or branch.cut)
         return branch
 
-    def _next(self, branch: Branch, point: _Point, step: float) -> tuple[_Point, float]:
-        """Add the next point: this point and the step from it on."""
+    def _next(self, branch: Branch, point: _Point, step: float) -> _Point:
+        """Add the next point."""
         low, high = self.bounds
         try:
             ahead = self._stepped(point, step)
@@ -105,7 +106,7 @@ class StateWalk:
                 branch.add(end.cycle, bound)
             raise CurveEnd("bounds")
         branch.add(ahead.cycle, ahead.value)
-        return ahead, min(1.5 * step, _LARGEST)
+        return ahead
 
     def _predicted(self, point: _Point, step: float, value: float | None = None) -> tuple[StateCycle, float]:
         cycle, width = point.cycle, point.cycle.flow.width

@@ -17,6 +17,7 @@ from stickslip.dynamics.continuation.arclength import (
     Label,
     Point,
     ShorterStep,
+    StepSize,
     axis,
     consistent,
     corrected,
@@ -38,7 +39,10 @@ from stickslip.errors import InputError
 from stickslip.files.notebook import waiting
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
-_SMALLEST, _LARGEST = 1e-5, 0.04
+#: Steps along a curve, in sizes of the motion and of the ranges.
+_FIRST, _SMALLEST, _LARGEST = 0.01, 1e-5, 0.04
+#: The first step beyond a boundary.
+_BEYOND = 0.003
 #: The longest step to a boundary or a flip at which a branch may end.
 _NEAR = 1e-3
 #: Where the next cycle is lost that repels more strongly than by this multiplier a branch ends: smaller steps only creep
@@ -89,7 +93,8 @@ class Walk:
         """Add the points; why they end."""
         self._add(point)
         self._largest = self._size()
-        return follow(self._next, point, 0.01, _SMALLEST, self._more) or self.branch.cut
+        self._step = StepSize(_FIRST, _SMALLEST, _LARGEST)
+        return follow(self._next, point, self._step, self._more) or self.branch.cut
 
     def _more(self) -> bool:
         """Whether another point is looked for."""
@@ -101,8 +106,8 @@ class Walk:
             self.branch.cut = "max_seconds"
         return not self.branch.cut
 
-    def _next(self, point: Point, step: float) -> tuple[Point, float]:
-        """Add the next point: this point and the step from it on.
+    def _next(self, point: Point, step: float) -> Point:
+        """Add the next point.
 
         Raises
         ------
@@ -114,7 +119,7 @@ class Walk:
         except Lost:
             ahead = None
         if ahead is None or not consistent(ahead.here):
-            return self._past_a_boundary(point, ahead, step), 0.003
+            return self._past_a_boundary(point, ahead, step)
         if self._through_a_point(point, ahead):
             self._end_in_a_point(point, step)
         if turns(point.direction, ahead.direction) and step > 20 * _SMALLEST:
@@ -150,7 +155,7 @@ class Walk:
             self._shrunk(ahead)
             raise CurveEnd("point")
         self._largest = max(self._largest, self._size())
-        return ahead, min(step * 1.4, _LARGEST)
+        return ahead
 
     def _past_a_boundary(self, point: Point, ahead: Point | None, step: float) -> Point:
         """Add the first point beyond what ends the event sequence on the way."""
@@ -171,6 +176,7 @@ class Walk:
             self._add(past)
         except InputError:
             raise CurveEnd("lost") from None
+        self._step.restart(_BEYOND)
         return past
 
     def _end_in_a_point(self, point: Point, step: float) -> NoReturn:
