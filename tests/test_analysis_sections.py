@@ -9,7 +9,8 @@ import pytest
 import stickslip as ss
 from stickslip.dynamics import diagrams, sign_changes, steady_motion
 from stickslip.dynamics.periodic.cycles import periodic_orbit
-from stickslip.dynamics.sections import Surface, points_of
+from stickslip.dynamics.sections import points_of
+from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.sweep import NUMBERS, Chunk, Look, period_of
 from stickslip.model.parameters import document_of
 

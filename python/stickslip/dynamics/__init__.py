@@ -9,7 +9,9 @@ from stickslip.dynamics.basins_of_attraction import basins
 from stickslip.dynamics.diagrams import orbit_diagram
 from stickslip.dynamics.orbit_summary import sign_changes, steady_motion
 from stickslip.dynamics.regime_maps import regime_map
-from stickslip.dynamics.sections import Surface, release_map, return_map, section
+from stickslip.dynamics.return_maps import release_map, return_map
+from stickslip.dynamics.sections import section
+from stickslip.dynamics.surface import Surface
 
 __all__ = [
     "Surface",

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.dynamics.regime_maps import map_plan
-from stickslip.dynamics.sections import Surface
+from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.tasks import Plan, Progress, compute
 from stickslip.errors import InputError
 from stickslip.files.checks import number

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.dynamics.sections import Surface
+from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.sweep import Chunk, Look, Start, start_of
 from stickslip.dynamics.tasks import Plan, Progress, Variable, compute, fingerprint, motion_variables, provenance
 from stickslip.errors import InputError

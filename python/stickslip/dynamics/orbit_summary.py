@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.sections import Surface
+from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.sweep import Look, columns_of
 from stickslip.simulation.orbit import Orbit
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.dynamics.sections import Surface
+from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.sweep import Chunk, Look, start_of
 from stickslip.dynamics.tasks import Plan, Progress, compute, fingerprint, motion_variables, provenance
 from stickslip.errors import InputError

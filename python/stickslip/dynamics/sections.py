@@ -1,18 +1,17 @@
-"""Sections of a motion, and the maps from one return to the next."""
+"""Sections of a motion: the states in which it meets a surface."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
+from stickslip.dynamics.surface import Surface, surface_from
 from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, number, numbers, time_limit, whole_number
-from stickslip.laws.state_law import StateLaw
+from stickslip.files.checks import number, numbers, time_limit, whole_number
 from stickslip.model.drive import Drive
 from stickslip.model.parameters import is_dimensionless
 from stickslip.model.system import Oscillator, System
@@ -23,101 +22,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
-
-#: Sections by a word, beside the kinds of events.
-NAMED = ("strobe", "maximum", "minimum")
-
-
-@dataclass(frozen=True)
-class Surface:
-    """What makes a section: times `start` + n `period`, events of a `kind`, or normal · (x, ẋ, ẍ) = level."""
-
-    kind: str | None = None
-    period: float | None = None
-    start: float = 0.0
-    normal: tuple[float, float, float] | None = None
-    level: float = 0.0
-    direction: int = 0
-
-    def to_dict(self) -> dict[str, Any]:
-        """The document for the core."""
-        if self.kind is not None:
-            return {"event": self.kind}
-        if self.period is not None:
-            return {"strobe": {"period": self.period, "start": self.start}}
-        return {"plane": {"normal": self.normal, "level": self.level, "direction": self.direction}}
-
-
-def forcing_frequency(system: Oscillator | System) -> float | None:
-    """The frequency of the first force that varies or, without one, of a drive or a normal force; none where nothing does.
-
-    >>> from stickslip import Drive, Oscillator, laws
-    >>> forcing_frequency(Oscillator(0.1, Drive.shaken(0.2, 0.05, 1.3), laws.Coulomb(0.5)))
-    1.3
-    """
-    return next((float(harmonic.frequency) for harmonic in system.swings), None)
-
-
-def usual_surface(system: Oscillator | System) -> Surface:
-    """The stroboscopic section of a forced system, the maxima of x of another.
-
-    >>> from stickslip import paper
-    >>> usual_surface(paper.oscillator(0.3)).direction
-    -1
-    """
-    frequency = forcing_frequency(system)
-    if frequency is not None:
-        return Surface(period=2 * np.pi / frequency)
-    return Surface(normal=(0.0, 1.0, 0.0), direction=-1)
-
-
-def surface_from(
-    system: Oscillator | System,
-    on: str | None,
-    *,
-    normal: ArrayLike | None = None,
-    level: float = 0.0,
-    direction: int = 0,
-    period: float | None = None,
-    start: float = 0.0,
-    where: str = "section",
-) -> Surface:
-    """The surface that the words and numbers of :func:`section` name.
-
-    >>> from stickslip import paper
-    >>> surface_from(paper.oscillator(0.3), "release").kind
-    'release'
-    """
-    if normal is not None:
-        factors = np.asarray(normal, float)
-        if on is not None or factors.shape != (2,) or not np.isfinite(factors).all() or not factors.any():
-            raise InputError(
-                f"{where}: normal must be two numbers (of x and v), not both 0, and on be left out; got {normal!r}"
-            )
-        if direction not in (-1, 0, 1):
-            raise InputError(f"{where}: direction must be 1 (rising), -1 (falling) or 0 (both), got {direction!r}")
-        return Surface(
-            normal=(float(factors[0]), float(factors[1]), 0.0),
-            level=number("level", level, where),
-            direction=direction,
-        )
-    if on is None and period is None:
-        return usual_surface(system)
-    if on in ("maximum", "minimum"):
-        return Surface(normal=(0.0, 1.0, 0.0), direction=-1 if on == "maximum" else 1)
-    if on in (None, "strobe"):
-        every = usual_surface(system).period if period is None else number("period", period, where)
-        if every is None:
-            raise InputError(
-                f"{where}: this system has no forcing; say the period of the stroboscopic section, period=..."
-            )
-        if every <= 0:
-            raise InputError(f"{where}: period must be greater than 0, got {every:g}")
-        return Surface(period=every, start=number("start", start, where))
-    if on not in _core.KINDS:
-        known = (*NAMED, *_core.KINDS)
-        raise InputError(f"{where}: on must be one of {', '.join(known)}, got {on!r}{did_you_mean(str(on), known)}")
-    return Surface(kind=on)
 
 
 def section(
@@ -259,135 +163,3 @@ def points_of(orbit: Orbit, surface: Surface, after: float, contact: int = 0) ->
     (3, 7)
     """
     return orbit._points(json.dumps(surface.to_dict()), surface.kind, contact, after, 2**31)
-
-
-def return_map(points: xr.Dataset, quantity: str = "x", *, lag: int = 1) -> xr.Dataset:
-    """The map from one return to the section to the next, q_n → q_{n + lag}, as the motion visits it.
-
-    Parameters
-    ----------
-    points : from :func:`section`.
-    quantity : one of its variables, such as ``"x"``, ``"slip_velocity"``, ``"phase"`` or ``"stick_time"``; ``"interval"`` is
-        the time between two returns.
-    lag : returns from the first to the second, ≥ 1.
-
-    Returns
-    -------
-    Dataset over ``pair``: ``before`` and ``after``.
-
-    Raises
-    ------
-    InputError
-        for a quantity that the section has not, or too few points.
-
-    >>> from stickslip import paper
-    >>> pairs = return_map(section(paper.oscillator(0.2), "release", t_end=400), "interval")
-    >>> round(float(pairs["after"][-1]), 9)
-    10.594340817
-    """
-    import xarray as xr
-
-    if quantity == "interval":
-        values = np.diff(points["t"].to_numpy())
-    elif quantity in points:
-        values = points[quantity].to_numpy()
-    else:
-        known = [*map(str, points), "interval"]
-        hint = did_you_mean(str(quantity), known)
-        raise InputError(f"return_map: quantity must be one of {', '.join(known)}, got {quantity!r}{hint}")
-    if isinstance(lag, bool) or not isinstance(lag, int) or lag < 1:
-        raise InputError(f"return_map: lag must be a whole number of at least 1, got {lag!r}")
-    if len(values) <= lag:
-        raise InputError(f"return_map: the section has {len(values)} values, a pair needs {lag + 1}: simulate longer")
-    units = points["t" if quantity == "interval" else quantity].attrs.get("units", "1")
-    data = {"before": ("pair", values[:-lag], {"units": units}), "after": ("pair", values[lag:], {"units": units})}
-    return xr.Dataset(data, attrs={"title": "stickslip return map", "quantity": quantity, "lag": lag})
-
-
-def release_map(system: Oscillator, phase: ArrayLike, *, side: int = 1, periods: float = 100.0) -> xr.Dataset:
-    """The one-dimensional map of stick-slip: from the phase of the forcing at one release to that at the next.
-
-    Where adhesion breaks, ẋ = s and k x + D s − A cos θ = ± f_s: the phase θ is all that is free. From each θ the motion runs
-    to its next release.
-
-    Parameters
-    ----------
-    system : an oscillator on a constant drive with one harmonic force, of a law whose static friction is constant: one of
-        pieces or a smooth one.
-    phase : phases θ = Ωt + φ at the first release, rad, shape (n,).
-    side : 1 for a release in the direction of the drive (the friction force is + f_s), −1 against it.
-    periods : forcing periods after which a release counts as missing.
-
-    Returns
-    -------
-    Dataset over ``phase``: ``image`` (the phase at the next release in [0, 2π)), ``time`` until then, ``stick_time`` before
-    it, ``side`` of it, ``slope`` dθ'/dθ from neighbours. All are NaN where adhesion would not break at θ (its load falls), or
-    never again.
-
-    Raises
-    ------
-    InputError
-        without forcing, or for a law that remembers: whose static friction changes with stick time or force rate, whose
-        kinetic friction remembers the release, or that has an internal state. Its map has more than one dimension; look at
-        :func:`return_map` of a section there.
-
-    Source: Feeny & Moon (1994) and Galvanetto & Bishop (1999) use such maps.
-
-    >>> from stickslip import Harmonic, Oscillator, laws
-    >>> belt = Oscillator(damping=0.0, drive_velocity=0.3, law=laws.StaticKinetic(1.0, 0.5), forcing=Harmonic(0.2, 0.9))
-    >>> release_map(belt, [4.0, 4.5])["image"].round(6).values.tolist()
-    [1.612504, 1.795546]
-    """
-    import xarray as xr
-
-    if (
-        not isinstance(system, Oscillator)
-        or [bool(harmonic.frequency) for harmonic in system.harmonics] != [True]
-        or not isinstance(system.drive_velocity, float)
-        or system.normal_force is not None
-    ):
-        raise InputError(
-            "release_map: expected one mass on a constant drive with one harmonic force and a constant normal force; write a "
-            "shaken drive as a forcing, and look at return_map of a section where the normal force varies"
-        )
-    adhesion = system.law
-    if isinstance(adhesion, StateLaw):
-        raise InputError(
-            f"release_map: {type(adhesion).__name__} has an internal state, so its motion has no releases; look at "
-            "return_map of a section"
-        )
-    limits = adhesion.break_away_force([0.0, 1.0, 1e6], [0.0, 1.0, 0.0])
-    if np.ptp(limits) > 0:
-        raise InputError(
-            f"release_map: the static friction of {type(adhesion).__name__} depends on stick time or force rate, so its map "
-            "has more than one dimension; look at return_map of a section"
-        )
-    if side not in (-1, 1):
-        raise InputError(f"release_map: side must be 1 or -1, got {side!r}")
-    angles = np.atleast_1d(np.asarray(phase, float))
-    if angles.ndim != 1 or not np.isfinite(angles).all():
-        raise InputError("release_map: phase must be a list of finite numbers")
-    forcing, s, limit = system.harmonics[0], system.drive_velocity, float(limits[0])
-    image, lasts, stick_time, sides = np.full((4, angles.size), np.nan)
-    surface = json.dumps({"event": "release"})
-    for index, theta in enumerate(angles.tolist()):
-        shifted = system.core.with_number("/forcing/0/phase", theta)
-        # The load k x + D s − A cos θ must grow in the direction of the friction that holds it.
-        rate = system.stiffness * s + forcing.amplitude * forcing.frequency * np.sin(theta)
-        if side * rate <= 0:
-            continue
-        x = (side * limit - system.damping * s + forcing.amplitude * np.cos(theta)) / system.stiffness
-        run = ([x], [s], 2 * np.pi / forcing.frequency * periods, 1_000)
-        table, _ = _core.section(shifted, surface, run, 0, 0.0, 1_000, None)
-        # Rounding may put the first release at once or leave it out.
-        later = table[table[:, 0] > 1e-9 * system.natural_period]
-        if len(later):
-            lasts[index], stick_time[index], sides[index] = later[0, 0], later[0, 5], np.sign(later[0, 4])
-            image[index] = np.mod(theta + forcing.frequency * later[0, 0], 2 * np.pi)
-    slope = np.gradient(np.unwrap(image), angles) if angles.size > 1 else np.full(angles.size, np.nan)
-    data = {"image": image, "time": lasts, "stick_time": stick_time, "side": sides, "slope": slope}
-    return xr.Dataset(
-        {name: ("phase", column) for name, column in data.items()},
-        coords={"phase": angles},
-        attrs={"title": "stickslip release map", "system": json.dumps(system.to_dict())},
-    )

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.dynamics.sections import Surface, contact_of, forcing_frequency, surface_from, usual_surface
+from stickslip.dynamics.sections import contact_of
+from stickslip.dynamics.surface import Surface, forcing_frequency, surface_from, usual_surface
 from stickslip.errors import InputError
 from stickslip.files.checks import number
 from stickslip.model.parameters import varied

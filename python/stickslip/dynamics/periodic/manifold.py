@@ -14,7 +14,8 @@ from stickslip import _core
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, from_section
 from stickslip.dynamics.periodic.derivatives import fundamental_matrix
 from stickslip.dynamics.periodic.event_sequence import Floats
-from stickslip.dynamics.sections import Surface, contact_of, points_of
+from stickslip.dynamics.sections import contact_of, points_of
+from stickslip.dynamics.surface import Surface
 from stickslip.errors import InputError
 from stickslip.files.checks import number
 from stickslip.files.equality import ByContent
