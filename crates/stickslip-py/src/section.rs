@@ -4,7 +4,8 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use stickslip::engine::Engine;
 use stickslip::model::Start;
-use stickslip::section::{Point, section as points_of};
+use stickslip::section::section as points_of;
+use stickslip::surface::Point;
 
 use crate::orbit::Asked;
 use crate::system::System;

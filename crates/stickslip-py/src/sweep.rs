@@ -8,8 +8,8 @@ use stickslip::hybrid_state::Restart;
 use stickslip::model::Start;
 use stickslip::regime::Regime;
 use stickslip::rows::Rows;
-use stickslip::section::Surface;
 use stickslip::steady_motion::{Look, Steady, steady};
+use stickslip::surface::Surface;
 use stickslip::sweep::{Link, Sweep};
 
 use crate::table::Table;

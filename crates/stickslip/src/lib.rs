@@ -50,6 +50,7 @@
 //! | module | one sentence |
 //! |---|---|
 //! | [`observer`] | what a run is asked for while it runs: write one, and it works for every engine |
+//! | [`surface`] | what makes a section: times, events of a kind, a plane; a new one goes there |
 //! | [`section`] | the states in which a motion meets a surface |
 //! | [`steady_motion`] | the motion after a transient: regime, period, extremes, points |
 //! | [`regime`] | the kind of a steady motion, in one word |
@@ -119,7 +120,7 @@ pub use arithmetic::{clock, dual, elementary, series};
 pub use engine::{event_sequence, hybrid_state, mode};
 pub use ensemble::{batch, rows, sweep};
 pub use model::{drive, harmonic, normal_force, oscillator, spring, state_system, system};
-pub use observer::{lyapunov, regime, section, steady_motion, zero_one};
+pub use observer::{lyapunov, regime, section, steady_motion, surface, zero_one};
 pub use simulate::watch;
 
 pub(crate) use arithmetic::matrix;

@@ -33,11 +33,12 @@ pub mod lyapunov;
 pub mod regime;
 pub mod section;
 pub mod steady_motion;
+pub mod surface;
 pub mod zero_one;
 
 use crate::clock::Clock;
 use crate::orbit::Event;
-use crate::section::{Cut, Point};
+use crate::surface::{Cut, Point};
 use crate::watch::Watched;
 
 /// The motion between two events, or along one step of it, as any engine knows it. Times count from its start.

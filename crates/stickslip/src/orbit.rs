@@ -7,8 +7,8 @@ use crate::hybrid_state::{HybridState, Restart};
 use crate::law::Piece;
 use crate::mode::{Kind, Mode};
 use crate::oscillator::{Oscillator, with_harmonics};
-use crate::section::Point;
 use crate::simulate::{MOST_BYTES, Run, Stop};
+use crate::surface::Point;
 
 /// One event.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,9 +9,9 @@ use stickslip::model::{Model, Start};
 use stickslip::orbit::Orbit;
 use stickslip::oscillator::Oscillator;
 use stickslip::regime::Regime;
-use stickslip::section::Surface;
 use stickslip::simulate::{Run, Stop, simulate, simulate_while};
 use stickslip::steady_motion::{Look, steady};
+use stickslip::surface::Surface;
 use stickslip::system::System;
 use support::close;
 

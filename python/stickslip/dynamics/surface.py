@@ -21,7 +21,7 @@ NAMED = ("strobe", "maximum", "minimum")
 class Surface:
     """What makes a section: times `start` + n `period`, events of a `kind`, or normal · (x, ẋ, ẍ) = level.
 
-    The core looks for the points (`Surface` in ``crates/stickslip/src/observer/section.rs``).
+    The core looks for the points (`Surface` in ``crates/stickslip/src/observer/surface.rs``).
     """
 
     kind: str | None = None

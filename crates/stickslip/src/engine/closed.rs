@@ -10,8 +10,8 @@ use crate::lanes::Runner;
 use crate::observer::{Course, Observer};
 use crate::orbit::{Event, Orbit, Record, Segment};
 use crate::oscillator::{Oscillator, with_harmonics};
-use crate::section::{Cut, Point};
 use crate::simulate::{Run, Stop, observe_forced, resume_forced};
+use crate::surface::{Cut, Point};
 use crate::watch::Watched;
 
 /// One mass on a constant drive, under a law of linear pieces.

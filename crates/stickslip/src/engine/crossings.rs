@@ -8,7 +8,7 @@
 use crate::flow::enclosure::{REACH, Span, bounds, larger, reach, sixth_and_seventh};
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::lanes::root_of_quintic;
-use crate::section::{Cut, Guard, Point};
+use crate::surface::{Cut, Guard, Point};
 use crate::watch::Watched;
 
 /// As a part of the reach of an enclosure, how far samples are apart.
@@ -312,7 +312,7 @@ mod tests {
     use crate::flow::exact::Frame;
     use crate::harmonic::Harmonic;
     use crate::law::Piece;
-    use crate::section::{Cut, Point};
+    use crate::surface::{Cut, Point};
     use crate::watch::Watched;
 
     /// Slips that oscillate, creep and grow, free and forced: the crossings are those of the march alone.

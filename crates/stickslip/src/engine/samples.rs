@@ -5,9 +5,9 @@ use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::observer::{Course, Observer};
-use crate::section::{Cut, Point};
 use crate::series::{Series, ZERO};
 use crate::simulate::Stop;
+use crate::surface::{Cut, Point};
 use crate::watch::Watched;
 
 /// Samples of the mass of one contact, by columns of one length: between two of them the motion is the polynomial of fifth

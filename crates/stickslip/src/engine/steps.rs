@@ -7,9 +7,9 @@ use crate::flow::taylor::{Coefficients, ForceLine, Frame, Motion};
 use crate::network::orbit::ExpandedSteps;
 use crate::network::{Loop, Orbit, ROUNDING, Run};
 use crate::observer::{Course, Observer};
-use crate::section::{Cut, Guard, Point};
 use crate::series::{ORDER, Series, ZERO, at, curvature_bound, derivative, free_time, slope_at};
 use crate::simulate::Stop;
+use crate::surface::{Cut, Guard, Point};
 use crate::system::System;
 use crate::watch::Watched;
 

@@ -10,8 +10,8 @@ use crate::model::{Model, Start};
 use crate::oscillator::Oscillator;
 use crate::regime::Regime;
 use crate::rows::Rows;
-use crate::section::Surface;
 use crate::steady_motion::{Look, Steady, steady};
+use crate::surface::Surface;
 
 /// So many runs go in SIMD lanes, one after the other in each lane.
 const ABREAST: usize = 256;

@@ -8,9 +8,9 @@ use std::f64::consts::TAU;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::matrix::Matrix;
-use crate::section::Surface;
 use crate::series::ZERO;
 use crate::state_law::{StateFriction, StateLaw};
+use crate::surface::Surface;
 use crate::system::System;
 use regular::{Steep, steep};
 

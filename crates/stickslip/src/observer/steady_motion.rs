@@ -15,8 +15,9 @@ use crate::mode::Kind;
 use crate::observer::{Course, Observer};
 use crate::orbit::Event;
 use crate::regime::Regime;
-use crate::section::{Cut, Passing, Point, Surface, keep};
+use crate::section::keep;
 use crate::simulate::Stop;
+use crate::surface::{Cut, Passing, Point, Surface};
 use crate::watch::Watched;
 use crate::zero_one;
 
