@@ -39,6 +39,8 @@ MOST_CORRELATED = 20.0
 """Correlation beyond that many rows is taken for misfit, which must not take weight from a group during the fit."""
 FEWEST_ROWS = 5
 """Rows of which a mean and its error can be told."""
+BY_CHANCE = 1.2
+"""Mean correlation time of 10 to 80 independent rows about their mean: what is found is above 1 by chance."""
 STATED = 5.0
 """Of fewer rows the stated errors are believed too: they count as the scatter of so many more."""
 
@@ -145,7 +147,7 @@ def _scales(
     """Standard deviation of each row and correlation time of each group, beside what sets the records apart.
 
     The correlation times come twice: for the weights, and for the errors, where what each break-away is known to have as an
-    error of its own counts as independent: the correlation time of few rows that are independent is mostly above 1.
+    error of its own counts as independent, and what independent rows show by chance is taken off.
     """
     sigma, tau, together = [], [], []
     for (_, kind), group, stated, shifted in zip(problem.groups, groups, problem.stated, apart > 0, strict=True):
@@ -158,7 +160,7 @@ def _scales(
         floor = problem.rounding
         row = np.maximum(np.hypot(stated, inner), floor)
         # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
-        alone = 0.0
+        alone, by_chance = 0.0, BY_CHANCE if kind == "break-away" else 1.0
         if rest.size >= FEWEST_ROWS:
             scale = clipped_scale(rest / row)
             alone = min(scale**2, 1.0) * float(np.median((stated / row) ** 2)) if kind == "break-away" else 0.0
@@ -167,7 +169,7 @@ def _scales(
             row = row * math.sqrt((STATED + float(np.sum((rest / row) ** 2))) / (STATED + rest.size))
         sigma.append(row)
         tau.append(correlation_time(rest / row))
-        together.append(1.0 + (tau[-1] - 1.0) * (1.0 - alone))
+        together.append(1.0 + (max(tau[-1] / by_chance, 1.0) - 1.0) * (1.0 - alone))
     return sigma, tau, together
 
 
