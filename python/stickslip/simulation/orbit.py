@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 COLUMNS = ("x", "v", "a", "slip_velocity", "force", "stuck")
 EVENTS = ("t", "kind", "contact", "x", "v", "force", "stick_time", "force_rate")
 
-#: Those of them that are numbers and no codes.
+#: Where among these the kind, the contact and the numbers stand, as pandas wants to know it.
+_KIND, _CONTACT = (np.array([EVENTS.index(name)]) for name in ("kind", "contact"))
 _NUMBERS = np.array([EVENTS.index(name) for name in EVENTS if name not in {"kind", "contact"}])
 
 
@@ -124,12 +125,14 @@ class Orbit(InNotebook):
 
         table = self._core.events().reshape(-1, len(EVENTS)).T
         kinds = pd.Categorical.from_codes(table[1].astype(np.int8), dtype=_kinds(), validate=False)
-        contacts, numbers = table[2:3].astype(int), table[_NUMBERS]
+        contacts, numbers = table[2:3].astype(int), table.take(_NUMBERS, 0)
         # Since pandas 3.0 a frame can be made of ready columns at a tenth of the cost.
         create = getattr(getattr(pd.api, "internals", None), "create_dataframe_from_blocks", None)
         if create is not None:
-            blocks = [(kinds, np.array([1])), (contacts, np.array([2])), (numbers, _NUMBERS)]
-            frame: pd.DataFrame = create(blocks, pd.RangeIndex(table.shape[1]), _event_columns())
+            blocks = [(kinds, _KIND), (contacts, _CONTACT), (numbers, _NUMBERS)]
+            rows = pd.RangeIndex.from_range(range(table.shape[1]))
+            # A view, so that a name that is given to it stays with this table.
+            frame: pd.DataFrame = create(blocks, rows, _event_columns().view())
             return frame
         columns = dict(zip(EVENTS, table, strict=True)) | {"kind": kinds, "contact": contacts[0]}
         return pd.DataFrame(columns)
