@@ -105,7 +105,7 @@ pub fn follow(
         rates: Vec::with_capacity(kept * width * directions),
         ..Followed::default()
     };
-    let mut carried = None;
+    let (mut carried, mut seeded, mut after) = (false, Moving::default(), Moving::default());
     // The derivatives so far, row after row; what a phase adds is found by its own start.
     let unit = identity(width, directions);
     let mut begun = unit.clone();
@@ -135,12 +135,15 @@ pub fn follow(
         let through = motion.is_closed()
             && (rates[..motion.layout.contact(0) * directions].iter()).all(|rate| rate.abs() < TAKEN_THROUGH);
         let state = followed.states.last().unwrap_or(start);
-        let seeded = match carried.take() {
-            _ if keep == Keep::Nothing => state.without_derivatives(1),
-            Some(carried) if through && !reseed => carried,
-            _ if through => state.moving(motion.all_directions(), rates, directions),
-            _ => state.seeded(motion.all_directions()),
-        };
+        if keep == Keep::Nothing {
+            seeded = state.without_derivatives(1);
+        } else if carried && through && !reseed {
+            std::mem::swap(&mut seeded, &mut after);
+        } else if through {
+            seeded = state.moving(motion.all_directions(), rates, directions);
+        } else {
+            seeded = state.seeded(motion.all_directions());
+        }
         let mut tau = phase.duration;
         motion.go(&seeded, &phase.contact_modes, tau, &mut expansion);
         let mut guard = motion.guard(&seeded, phase, tau, &expansion);
@@ -153,7 +156,7 @@ pub fn follow(
             guard = motion.guard(&seeded, phase, tau, &expansion);
             rest = 0.0;
         }
-        let moves = VariedMotion::moves(&guard);
+        let moves = VariedMotion::moves(guard);
         let end = PhaseEnd {
             index,
             phase,
@@ -163,7 +166,7 @@ pub fn follow(
             rest,
             next,
         };
-        let after = motion.pass(&end, &moves);
+        motion.pass(&end, &moves, &mut after);
         let strays = |number: &Dual| !number.rates.iter().all(|rate| rate.is_finite());
         let moved = &after.numbers[..motion.layout.contact(0)];
         if moved
@@ -203,7 +206,7 @@ pub fn follow(
         }
         followed.durations.push(tau);
         followed.states.push(after.values());
-        carried = through.then_some(after);
+        carried = through;
     }
     Ok(followed)
 }

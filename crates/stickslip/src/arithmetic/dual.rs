@@ -6,7 +6,7 @@ use std::ops::{Add, Deref, DerefMut, Mul, Neg, Sub};
 const FEW: usize = 24;
 
 /// Derivatives, one a direction. Few of them ask for no memory, which would cost more than the arithmetic.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub enum Rates {
     /// They, and how many count.
     Few([f64; FEW], usize),
@@ -20,6 +20,26 @@ impl Rates {
             Self::Few([0.0; FEW], directions)
         } else {
             Self::Many(vec![0.0; directions])
+        }
+    }
+}
+
+/// A copy into a number that is there moves its derivatives once.
+impl Clone for Rates {
+    #[inline]
+    fn clone(&self) -> Self {
+        match self {
+            Self::Few(rates, directions) => Self::Few(*rates, *directions),
+            Self::Many(rates) => Self::Many(rates.clone()),
+        }
+    }
+
+    #[inline]
+    fn clone_from(&mut self, other: &Self) {
+        if let (Self::Few(own, count), Self::Few(rates, directions)) = (&mut *self, other) {
+            (*own, *count) = (*rates, *directions);
+        } else {
+            *self = other.clone();
         }
     }
 }
@@ -44,12 +64,28 @@ impl DerefMut for Rates {
 }
 
 /// A value and its derivatives.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Dual {
     /// The value.
     pub value: f64,
     /// Its derivatives, one a direction.
     pub rates: Rates,
+}
+
+impl Clone for Dual {
+    #[inline]
+    fn clone(&self) -> Self {
+        Self {
+            value: self.value,
+            rates: self.rates.clone(),
+        }
+    }
+
+    #[inline]
+    fn clone_from(&mut self, other: &Self) {
+        self.value = other.value;
+        self.rates.clone_from(&other.rates);
+    }
 }
 
 impl Dual {
@@ -60,14 +96,6 @@ impl Dual {
             value,
             rates: Rates::zero(directions),
         }
-    }
-
-    /// The coordinate of direction `axis`.
-    #[must_use]
-    pub fn along(value: f64, axis: usize, directions: usize) -> Self {
-        let mut number = Self::fixed(value, directions);
-        number.rates[axis] = 1.0;
-        number
     }
 
     /// Add `slope` times the derivatives of `other`, whose value does not count.
@@ -89,9 +117,18 @@ impl Dual {
 
     /// |self|
     #[must_use]
-    pub fn abs(self) -> Self {
-        let sign = self.value.signum();
-        self * sign
+    pub fn abs(mut self) -> Self {
+        self.scale(self.value.signum());
+        self
+    }
+
+    /// Multiply by a number that does not vary.
+    #[inline]
+    pub fn scale(&mut self, factor: f64) {
+        self.value *= factor;
+        for rate in self.rates.iter_mut() {
+            *rate *= factor;
+        }
     }
 }
 
@@ -116,10 +153,7 @@ impl Sub<&Dual> for Dual {
 impl Mul<f64> for Dual {
     type Output = Self;
     fn mul(mut self, factor: f64) -> Self {
-        self.value *= factor;
-        for rate in self.rates.iter_mut() {
-            *rate *= factor;
-        }
+        self.scale(factor);
         self
     }
 }

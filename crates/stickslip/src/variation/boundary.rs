@@ -179,7 +179,7 @@ impl VariedMotion<'_> {
                 let detail = rate.value * force.value.signum();
                 let at_once = Dual::fixed(0.0, moves.rates.len());
                 let normal = self.normal(c, || self.there(end));
-                let margin = self.room((c, normal), &at_once, &rate, force);
+                let margin = self.room((c, normal), &at_once, || rate, force);
                 if sticks {
                     push(Boundary::Entry, margin, detail);
                 } else {

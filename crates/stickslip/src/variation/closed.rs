@@ -1,6 +1,8 @@
 //! The derivative of a segment in closed form: one mass on one drive, while friction is linear in the slip speed.
 
-use super::saltation::later;
+use std::rc::Rc;
+
+use super::saltation::grow;
 use super::state::{ContactMode, Layout, Moving};
 use super::varied::{Varied, difference};
 use crate::clock::Clock;
@@ -31,15 +33,17 @@ pub(super) struct Closed {
     rates: Vec<Vec<(usize, f64)>>,
 }
 
-/// A motion at a time, with derivatives; the last axis is the time along the phase.
+/// A motion at a time, with derivatives; the last axis is the time along the phase. Of its contact only what is asked for is found.
 #[derive(Clone)]
 pub(super) struct Moved {
+    closed: Rc<Closed>,
+    t: Dual,
     pub(super) x: Dual,
     pub(super) v: Dual,
-    /// Slip speed and its rate.
-    pub(super) slip: [Dual; 2],
-    /// Friction force and its rate.
-    pub(super) force: [Dual; 2],
+    /// Of slip, 0 while it sticks.
+    direction: f64,
+    /// Offset and slope of the line of friction.
+    line: [Dual; 2],
 }
 
 const LAYOUT: Layout = Layout {
@@ -115,135 +119,132 @@ impl Closed {
         drive
     }
 
-    /// The forcing at a time and its rate.
-    fn forcing(&self, t: &Dual) -> [Dual; 2] {
-        let [mut force, mut rate] = [0, 1].map(|_| Dual::fixed(0.0, t.rates.len()));
-        let clock = Clock::at(t.value);
-        let mut bend = 0.0;
-        for (one, first) in self.numbers[SYSTEM..].chunks_exact(3).zip((SYSTEM..).step_by(3)) {
-            let &[amplitude, frequency, phase] = one else {
-                continue;
-            };
-            let harmonic = Harmonic::new(1.0, frequency, phase);
-            let (cos, odd) = harmonic.quadratures(clock);
+    /// Every force at a time: amplitude and frequency, its wave of the amplitude 1, and that by the angle.
+    fn waves(&self, t: f64) -> impl Iterator<Item = [f64; 4]> {
+        let clock = Clock::at(t);
+        self.numbers[SYSTEM..].chunks_exact(3).map(move |force| {
+            let (cos, odd) = Harmonic::new(1.0, force[1], force[2]).quadratures(clock);
+            [force[0], force[1], cos, odd]
+        })
+    }
+
+    /// The forcing at a time, or its rate.
+    fn forcing(&self, t: &Dual, rate: bool) -> Dual {
+        let mut force = Dual::fixed(0.0, t.rates.len());
+        let mut along = 0.0;
+        for ([amplitude, frequency, cos, odd], first) in self.waves(t.value).zip((SYSTEM..).step_by(3)) {
             let (wave, turned) = (amplitude * cos, amplitude * odd);
-            force.value += wave;
-            rate.value += frequency * turned;
-            bend -= frequency * frequency * wave;
-            self.shift(&mut force, cos, first);
-            self.shift(&mut force, t.value * turned, first + 1);
-            self.shift(&mut force, turned, first + 2);
-            self.shift(&mut rate, frequency * odd, first);
-            self.shift(&mut rate, turned - frequency * t.value * wave, first + 1);
-            self.shift(&mut rate, -frequency * wave, first + 2);
+            let (value, slope, by) = if rate {
+                let by_frequency = turned - frequency * t.value * wave;
+                let by = [frequency * odd, by_frequency, -frequency * wave];
+                (frequency * turned, -(frequency * frequency * wave), by)
+            } else {
+                (wave, frequency * turned, [cos, t.value * turned, turned])
+            };
+            force.value += value;
+            along += slope;
+            for (slope, which) in by.into_iter().zip(first..) {
+                self.shift(&mut force, slope, which);
+            }
         }
         if !self.numbers[SYSTEM..].is_empty() {
-            force.shift(rate.value, t);
-            rate.shift(bend, t);
+            force.shift(along, t);
         }
-        [force, rate]
+        force
+    }
+
+    /// The force of the contact while it sticks at `x`.
+    fn holding_force(&self, x: &Dual, t: &Dual) -> Dual {
+        let [_, damping, stiffness, drive] = self.system;
+        let mut force = -self.forcing(t, false);
+        force.value += damping * drive + stiffness * x.value;
+        force.shift(stiffness, x);
+        for (slope, which) in [(damping, DRIVE), (drive, DAMPING), (x.value, STIFFNESS)] {
+            self.shift(&mut force, slope, which);
+        }
+        force
+    }
+
+    /// Its rate.
+    fn holding_rate(&self, t: &Dual) -> Dual {
+        let [_, _, stiffness, drive] = self.system;
+        let mut rate = -self.forcing(t, true);
+        rate.value += stiffness * drive;
+        for (slope, which) in [(stiffness, DRIVE), (drive, STIFFNESS)] {
+            self.shift(&mut rate, slope, which);
+        }
+        rate
     }
 
     /// The force of the contact and its rate while it sticks at `x`.
     pub(super) fn holding(&self, x: &Dual, t: &Dual) -> [Dual; 2] {
-        let [_, damping, stiffness, drive] = self.system;
-        let [force, rate] = self.forcing(t);
-        let [mut force, mut rate] = [-force, -rate];
-        force.value += damping * drive + stiffness * x.value;
-        force.shift(stiffness, x);
-        rate.value += stiffness * drive;
-        for (slope, which) in [(damping, DRIVE), (drive, DAMPING), (x.value, STIFFNESS)] {
-            self.shift(&mut force, slope, which);
-        }
-        for (slope, which) in [(stiffness, DRIVE), (drive, STIFFNESS)] {
-            self.shift(&mut rate, slope, which);
-        }
-        [force, rate]
+        [self.holding_force(x, t), self.holding_rate(t)]
     }
 
-    /// The motion `tau` from the start of a phase; none where the closed form would lose digits, or is none.
-    pub(super) fn go(&self, start: &Moving, contact_state: ContactMode, tau: f64) -> Option<Moved> {
-        let directions = start.numbers[0].rates.len();
-        let t = later(&start.numbers[0], tau);
+    /// To the motion `tau` from the start of a phase; to none where the closed form would lose digits, or is none.
+    pub(super) fn go(
+        self: &Rc<Self>,
+        start: &Moving,
+        contact_state: ContactMode,
+        tau: f64,
+        moved: &mut Option<Moved>,
+    ) {
+        let at = LAYOUT.contact(0);
+        let [t, x, v, offset, slope] =
+            [0, LAYOUT.x(0), LAYOUT.v(0), at, at + 1].map(|number| &start.numbers[number]);
+        let directions = t.rates.len();
+        let there = moved.get_or_insert_with(|| Moved {
+            closed: Rc::clone(self),
+            t: t.clone(),
+            x: x.clone(),
+            v: v.clone(),
+            direction: 0.0,
+            line: [offset.clone(), slope.clone()],
+        });
+        there.direction = contact_state.direction();
+        there.t.clone_from(t);
+        grow(&mut there.t, tau);
         match contact_state {
             ContactMode::Stick => {
-                let v = self.drive(directions);
-                let mut x = start.numbers[LAYOUT.x(0)].clone();
-                x.value += tau * v.value;
-                x.shift(tau, &v);
-                x.rates[directions - 1] = v.value;
-                Some(Moved {
-                    force: self.holding(&x, &t),
-                    slip: [0, 1].map(|_| Dual::fixed(0.0, directions)),
-                    x,
-                    v,
-                })
+                there.v = self.drive(directions);
+                there.x.clone_from(x);
+                there.x.value += tau * there.v.value;
+                there.x.shift(tau, &there.v);
             }
-            ContactMode::Slip(direction) => self.go_slipping(start, direction, &t, tau),
-            ContactMode::Hold(_) => None,
-        }
-    }
-
-    fn go_slipping(&self, start: &Moving, direction: f64, t: &Dual, tau: f64) -> Option<Moved> {
-        let [mass, damping, stiffness, drive] = self.system;
-        let at = LAYOUT.contact(0);
-        let positions = [LAYOUT.x(0), LAYOUT.v(0), 0, at, at + 1];
-        let own = positions.map(|position| start.numbers[position].value);
-        let clock = Clock::at(own[TIME]);
-        let directions = t.rates.len();
-        let [mut x, mut v] = self
-            .slip(own, direction, clock, tau)?
-            .map(|Slope { value, slopes }| {
-                let mut number = Dual::fixed(value, directions);
-                if directions > 1 {
-                    for (position, slope) in positions.into_iter().zip(slopes) {
-                        number.shift(slope, &start.numbers[position]);
-                    }
-                    for (which, slope) in slopes[STATE..STATE + self.numbers.len()].iter().enumerate() {
-                        self.shift(&mut number, *slope, which);
+            ContactMode::Slip(direction) => {
+                let own = [x, v, t, offset, slope];
+                let Some(slipped) = self.slip(own.map(|number| number.value), direction, tau) else {
+                    *moved = None;
+                    return;
+                };
+                for (number, Slope { value, slopes }) in [&mut there.x, &mut there.v].into_iter().zip(slipped)
+                {
+                    *number = Dual::fixed(value, directions);
+                    if directions > 1 {
+                        for (from, slope) in own.into_iter().zip(slopes) {
+                            number.shift(slope, from);
+                        }
+                        for (which, slope) in slopes[STATE..STATE + self.numbers.len()].iter().enumerate() {
+                            self.shift(number, *slope, which);
+                        }
                     }
                 }
-                number
-            });
-        let (offset, slope) = (&start.numbers[at], &start.numbers[at + 1]);
-        let w = drive - v.value;
-        let mut friction = Dual::fixed(direction * offset.value + slope.value * w, directions);
-        let [mut acceleration, _] = self.forcing(t);
-        acceleration.value =
-            (acceleration.value + friction.value - damping * v.value - stiffness * x.value) / mass;
-        x.rates[directions - 1] = v.value;
-        v.rates[directions - 1] = acceleration.value;
-        friction.shift(direction, offset);
-        friction.shift(w, slope);
-        friction.shift(-slope.value, &v);
-        self.shift(&mut friction, slope.value, DRIVE);
-        for rate in acceleration.rates.iter_mut() {
-            *rate /= mass;
+                there.line[0].clone_from(offset);
+                there.line[1].clone_from(slope);
+                there.v.rates[directions - 1] = there.acceleration_now();
+            }
+            ContactMode::Hold(_) => {
+                *moved = None;
+                return;
+            }
         }
-        acceleration.shift(1.0 / mass, &friction);
-        acceleration.shift(-damping / mass, &v);
-        acceleration.shift(-stiffness / mass, &x);
-        for (slope, which) in [
-            (acceleration.value, MASS),
-            (v.value, DAMPING),
-            (x.value, STIFFNESS),
-        ] {
-            self.shift(&mut acceleration, -slope / mass, which);
-        }
-        let mut friction_rate = acceleration.clone() * -slope.value;
-        friction_rate.shift(-acceleration.value, slope);
-        let u = (self.drive(directions) - &v) * direction;
-        Some(Moved {
-            x,
-            v,
-            slip: [u, acceleration * -direction],
-            force: [friction, friction_rate],
-        })
+        there.x.rates[directions - 1] = there.v.value;
     }
 
     /// Position and velocity at the end of a slip, with their derivatives by the numbers of the state and of the system.
-    fn slip(&self, own: [f64; STATE], direction: f64, clock: Clock, tau: f64) -> Option<[Slope; 2]> {
-        let [x0, v0, _, offset, slope] = own;
+    fn slip(&self, own: [f64; STATE], direction: f64, tau: f64) -> Option<[Slope; 2]> {
+        let [x0, v0, t0, offset, slope] = own;
+        let clock = Clock::at(t0);
         let [mass, damping, stiffness, drive] = self.system;
         let drag = damping + slope;
         let (gamma, natural) = (0.5 * drag / mass, stiffness / mass);
@@ -331,6 +332,94 @@ impl Closed {
             moved
         });
         moved.iter().all(|moved| moved.value.is_finite()).then_some(moved)
+    }
+}
+
+impl Moved {
+    /// The friction force of slip, without derivatives.
+    fn friction_now(&self) -> f64 {
+        let [offset, slope] = &self.line;
+        self.direction * offset.value + slope.value * (self.closed.system[DRIVE] - self.v.value)
+    }
+
+    /// The acceleration during slip, without derivatives.
+    fn acceleration_now(&self) -> f64 {
+        let [mass, damping, stiffness, _] = self.closed.system;
+        let mut forcing = 0.0;
+        for [amplitude, _, cos, _] in self.closed.waves(self.t.value) {
+            forcing += amplitude * cos;
+        }
+        (forcing + self.friction_now() - damping * self.v.value - stiffness * self.x.value) / mass
+    }
+
+    fn friction(&self) -> Dual {
+        let [offset, slope] = &self.line;
+        let mut friction = Dual::fixed(self.friction_now(), self.t.rates.len());
+        friction.shift(self.direction, offset);
+        friction.shift(self.closed.system[DRIVE] - self.v.value, slope);
+        friction.shift(-slope.value, &self.v);
+        self.closed.shift(&mut friction, slope.value, DRIVE);
+        friction
+    }
+
+    fn acceleration(&self) -> Dual {
+        let [mass, damping, stiffness, _] = self.closed.system;
+        let mut acceleration = self.closed.forcing(&self.t, false);
+        acceleration.value = self.acceleration_now();
+        for rate in acceleration.rates.iter_mut() {
+            *rate /= mass;
+        }
+        acceleration.shift(1.0 / mass, &self.friction());
+        acceleration.shift(-damping / mass, &self.v);
+        acceleration.shift(-stiffness / mass, &self.x);
+        for (slope, which) in [
+            (acceleration.value, MASS),
+            (self.v.value, DAMPING),
+            (self.x.value, STIFFNESS),
+        ] {
+            self.closed.shift(&mut acceleration, -slope / mass, which);
+        }
+        acceleration
+    }
+
+    fn sticks(&self) -> bool {
+        self.direction == 0.0
+    }
+
+    /// Slip speed.
+    pub(super) fn u(&self) -> Dual {
+        let mut u = self.closed.drive(self.t.rates.len()) - &self.v;
+        u.scale(self.direction);
+        u
+    }
+
+    /// Its rate.
+    pub(super) fn slip_acceleration(&self) -> Dual {
+        if self.sticks() {
+            return Dual::fixed(0.0, self.t.rates.len());
+        }
+        self.acceleration() * -self.direction
+    }
+
+    /// Friction force.
+    pub(super) fn force(&self) -> Dual {
+        if self.sticks() {
+            return self.closed.holding_force(&self.x, &self.t);
+        }
+        self.friction()
+    }
+
+    /// Its rate.
+    pub(super) fn force_rate(&self) -> Dual {
+        if self.sticks() {
+            return self.closed.holding_rate(&self.t);
+        }
+        let slope = &self.line[1];
+        let acceleration = self.acceleration();
+        let by_slope = -acceleration.value;
+        let mut rate = acceleration * -slope.value;
+        rate.shift(by_slope, slope);
+        rate
     }
 }
 

@@ -62,7 +62,7 @@ impl VariedMotion<'_> {
         self.room(
             (c, normal),
             &self.stick_time(start, c, tau),
-            &expansion.force_rate(c),
+            || expansion.force_rate(c),
             expansion.force(c),
         )
     }
@@ -72,7 +72,7 @@ impl VariedMotion<'_> {
         &self,
         (c, normal): (usize, Option<Dual>),
         stick_time: &Dual,
-        rate: &Dual,
+        rate: impl FnOnce() -> Dual,
         force: Dual,
     ) -> Dual {
         let limit = self.static_limit(c, force.value, stick_time, rate);
@@ -123,9 +123,18 @@ impl VariedMotion<'_> {
         later(&start.numbers[self.layout.contact(c) + STICK_TIME], tau)
     }
 
+    /// A force rate where static friction of the contact depends on it.
+    fn felt(&self, c: usize, directions: usize, rate: impl FnOnce() -> Dual) -> Dual {
+        if self.laws[c].feels_force_rate() {
+            rate()
+        } else {
+            Dual::fixed(0.0, directions)
+        }
+    }
+
     /// The static limit against slip in a direction.
-    fn static_limit(&self, c: usize, direction: f64, stick_time: &Dual, rate: &Dual) -> Dual {
-        let rate = rate.clone().abs();
+    fn static_limit(&self, c: usize, direction: f64, stick_time: &Dual, rate: impl FnOnce() -> Dual) -> Dual {
+        let rate = self.felt(c, stick_time.rates.len(), rate).abs();
         let parameters = self.parameters(rate.rates.len());
         let inputs = [stick_time, &rate];
         let [limit] = self
@@ -148,32 +157,38 @@ impl VariedMotion<'_> {
     /// The state with the time, the positions and the velocities of a expansion.
     pub(super) fn moved(&self, start: &Moving, tau: f64, expansion: &Expansion) -> Moving {
         let mut here = start.clone();
-        here.numbers[0] = later(&start.numbers[0], tau);
+        self.move_there(&mut here, tau, expansion);
+        here
+    }
+
+    /// A state at the start of an expansion moves on with it.
+    fn move_there(&self, here: &mut Moving, tau: f64, expansion: &Expansion) {
+        grow(&mut here.numbers[0], tau);
         for i in 0..self.layout.masses {
             here.numbers[self.layout.x(i)] = expansion.x(i);
             here.numbers[self.layout.v(i)] = expansion.v(i);
         }
-        here
     }
 
     /// The state with the time, the positions and the velocities where a phase ends.
     pub(super) fn there(&self, end: &PhaseEnd) -> Moving {
-        let mut there = self.moved(end.start, end.tau, end.expansion);
-        for number in &mut there.numbers[1..self.layout.contact(0)] {
-            number.value += end.rest * number.rates.last().copied().unwrap_or(0.0);
-        }
+        let mut there = Moving::default();
+        self.arrive_at(&mut there, end);
         there
     }
 
-    /// The law of a contact names the line of friction that comes next.
-    fn take_line(
-        &self,
-        state: &mut Moving,
-        (c, direction): (usize, f64),
-        u: &Dual,
-        force_rate: &Dual,
-        next: impl Fn(&Law, &Piece, f64, &mut Memory) -> Piece,
-    ) {
+    /// The same in place of another state.
+    fn arrive_at(&self, there: &mut Moving, end: &PhaseEnd) {
+        there.clone_from(end.start);
+        self.move_there(there, end.tau, end.expansion);
+        for number in &mut there.numbers[1..self.layout.contact(0)] {
+            number.value += end.rest * number.rates.last().copied().unwrap_or(0.0);
+        }
+    }
+
+    /// The law of a contact names the line of friction that comes next: by the force at which it leaves adhesion, or by the slip
+    /// speed and the rate of the force that adhesion would bear.
+    fn take_line(&self, state: &mut Moving, (c, direction): (usize, f64), way: Way, by: &Dual, rate: &Dual) {
         let at = self.layout.contact(c);
         let flags = state.flags[c];
         let answer = |law: &Law, z: [f64; 11]| {
@@ -183,24 +198,35 @@ impl VariedMotion<'_> {
                 released_at: flags.released.then_some(z[8]),
                 force_rate: z[10].abs(),
             };
-            let piece = Piece {
-                offset: z[0],
-                slope: z[1],
-                low: z[2],
-                high: z[3],
-                branch: flags.branch,
-                reverses: flags.reverses,
+            let law = law.toward(direction);
+            let piece = match way {
+                Way::Leave => law.leave(z[9], &mut memory),
+                Way::Begin(balance) => law.begin(z[9], balance, &mut memory),
+                Way::Next(end) => {
+                    let piece = Piece {
+                        offset: z[0],
+                        slope: z[1],
+                        low: z[2],
+                        high: z[3],
+                        branch: flags.branch,
+                        reverses: flags.reverses,
+                    };
+                    law.next(&piece, end, z[9], &mut memory)
+                }
             };
-            (next(law.toward(direction), &piece, z[9], &mut memory), memory)
+            (piece, memory)
         };
         let own = &state.numbers[at..at + STICK_TIME];
+        let nothing = Dual::fixed(0.0, by.rates.len());
         let inputs: [&Dual; 11] = std::array::from_fn(|i| match i {
-            9 => u,
-            10 => force_rate,
+            9 => by,
+            10 => rate,
+            // Only what follows a line may depend on it.
+            0..4 if !matches!(way, Way::Next(_)) => &nothing,
             _ => &own[i],
         });
         let (piece, memory) = answer(self.laws[c], inputs.map(|input| input.value));
-        let parameters = self.parameters(u.rates.len());
+        let parameters = self.parameters(by.rates.len());
         let numbers = self.varied.ask(c, inputs, parameters, LINE_STEP, |law, z| {
             let (piece, memory) = answer(law, z);
             line_of(&piece, &memory)
@@ -211,25 +237,24 @@ impl VariedMotion<'_> {
         state.flags[c] = Flags::of(&piece, &memory);
     }
 
-    /// The state after a phase whose end `moves`.
-    pub(super) fn pass(&self, end: &PhaseEnd, moves: &Dual) -> Moving {
+    /// The state `after` a phase whose end `moves`.
+    pub(super) fn pass(&self, end: &PhaseEnd, moves: &Dual, after: &mut Moving) {
         let &PhaseEnd { phase, next, .. } = end;
-        let mut after = self.there(end);
+        self.arrive_at(after, end);
         for (c, (contact_state, next)) in phase.contact_modes.iter().zip(next).enumerate() {
             if *contact_state == ContactMode::Stick {
                 after.numbers[self.layout.contact(c) + STICK_TIME] = self.stick_time(end.start, c, end.tau);
             }
             let event = c == phase.contact && !matches!(phase.ending, Ending::Time | Ending::Section);
             if contact_state != next || event {
-                self.change(&mut after, end, c);
+                self.change(after, end, c);
             }
         }
         for number in &mut after.numbers {
             at_the_end(number, moves);
         }
-        self.arrive(&mut after, end);
-        self.stop(&mut after, next);
-        after
+        self.arrive(after, end);
+        self.stop(after, next);
     }
 
     /// How much later the guard vanishes, by its rate.
@@ -238,9 +263,9 @@ impl VariedMotion<'_> {
     }
 
     /// How the end of the phase moves with the start, by −h′/ḣ.
-    pub(super) fn moves(guard: &Dual) -> Dual {
+    pub(super) fn moves(guard: Dual) -> Dual {
         let rate = guard.rates.last().copied().unwrap_or(1.0);
-        let mut moves = guard.clone() * (-1.0 / rate);
+        let mut moves = guard * (-1.0 / rate);
         if let Some(along) = moves.rates.last_mut() {
             *along = 0.0;
         }
@@ -282,33 +307,19 @@ impl VariedMotion<'_> {
         let at = self.layout.contact(c);
         let directions = start.numbers[0].rates.len();
         let rate = || {
-            if self.laws[c].feels_force_rate() {
-                let [_, rate] = self.if_stuck(self.there(end), &phase.contact_modes, c);
-                rate
-            } else {
-                Dual::fixed(0.0, directions)
-            }
+            let [_, rate] = self.if_stuck(self.there(end), &phase.contact_modes, c);
+            rate
         };
-        let leave = |law: &Law, _: &Piece, force: f64, memory: &mut Memory| law.leave(force, memory);
+        let at_once = || Dual::fixed(0.0, directions);
         // That of the slip ahead.
-        let direction = next[c].direction();
+        let ahead = (c, next[c].direction());
         match (phase.contact_modes[c], next[c]) {
-            (_, ContactMode::Stick) => after.numbers[at + STICK_TIME] = Dual::fixed(0.0, directions),
+            (_, ContactMode::Stick) => after.numbers[at + STICK_TIME] = at_once(),
             (ContactMode::Stick, _) => {
-                let force = self.static_limit(
-                    c,
-                    direction,
-                    &self.stick_time(start, c, tau),
-                    &expansion.force_rate(c),
-                );
-                after.numbers[at + STICK_TIME] = Dual::fixed(0.0, directions);
-                self.take_line(
-                    after,
-                    (c, direction),
-                    &force,
-                    &Dual::fixed(0.0, directions),
-                    leave,
-                );
+                let stick_time = self.stick_time(start, c, tau);
+                let force = self.static_limit(c, ahead.1, &stick_time, || expansion.force_rate(c));
+                after.numbers[at + STICK_TIME] = at_once();
+                self.take_line(after, ahead, Way::Leave, &force, &at_once());
             }
             (ContactMode::Hold(_), _) => {
                 let balance = if phase.ending == Ending::Line(End::High) {
@@ -316,27 +327,16 @@ impl VariedMotion<'_> {
                 } else {
                     f64::NEG_INFINITY
                 };
-                self.take_line(
-                    after,
-                    (c, direction),
-                    &expansion.u(c),
-                    &rate(),
-                    |law, _, u, memory| law.begin(u, balance, memory),
-                );
+                let rate = self.felt(c, directions, rate);
+                self.take_line(after, ahead, Way::Begin(balance), &expansion.u(c), &rate);
             }
             (ContactMode::Slip(_), ContactMode::Hold(_)) => {}
             (ContactMode::Slip(_), ContactMode::Slip(_)) => {
                 let Ending::Line(end) = phase.ending else { return };
                 let low = &start.numbers[at + LOW];
                 if end == End::Low && low.value <= 0.0 {
-                    let force = self.static_limit(c, direction, &Dual::fixed(0.0, directions), &rate());
-                    self.take_line(
-                        after,
-                        (c, direction),
-                        &force,
-                        &Dual::fixed(0.0, directions),
-                        leave,
-                    );
+                    let force = self.static_limit(c, ahead.1, &at_once(), rate);
+                    self.take_line(after, ahead, Way::Leave, &force, &at_once());
                     return;
                 }
                 let u = match end {
@@ -344,22 +344,41 @@ impl VariedMotion<'_> {
                     End::High => &start.numbers[at + HIGH],
                     End::Reversal { .. } => &expansion.u(c),
                 };
-                self.take_line(after, (c, direction), u, &rate(), |law, piece, u, memory| {
-                    law.next(piece, end, u, memory)
-                });
+                // A law is told of it at a turn to rising slip speed alone ([`Memory`]).
+                let rate = match end {
+                    End::Reversal { rising: true } => self.felt(c, directions, rate),
+                    _ => at_once(),
+                };
+                self.take_line(after, ahead, Way::Next(end), u, &rate);
             }
         }
     }
 }
 
+/// How a contact comes to its next line of friction.
+#[derive(Clone, Copy)]
+enum Way {
+    /// It breaks away.
+    Leave,
+    /// It begins to slip where friction of this size would keep its slip speed.
+    Begin(f64),
+    /// Its line ends.
+    Next(End),
+}
+
 /// A number that grows with time, so much later.
 pub(super) fn later(number: &Dual, tau: f64) -> Dual {
     let mut later = number.clone();
-    later.value += tau;
-    if let Some(rate) = later.rates.last_mut() {
+    grow(&mut later, tau);
+    later
+}
+
+/// The same in its place.
+pub(super) fn grow(number: &mut Dual, tau: f64) {
+    number.value += tau;
+    if let Some(rate) = number.rates.last_mut() {
         *rate = 1.0;
     }
-    later
 }
 
 /// Time along the phase is no direction of its own where the phase ends.

@@ -4,6 +4,7 @@ mod numbers;
 mod parameters;
 
 use std::cell::{OnceCell, RefCell};
+use std::rc::Rc;
 
 use super::closed::{Closed, Moved};
 use super::state::{ContactMode, Layout, Moving};
@@ -30,7 +31,7 @@ pub(super) struct VariedMotion<'a> {
     pub(super) laws: Vec<&'a Law>,
     pub(super) layout: Layout,
     /// The closed form, where there is one.
-    closed: Option<Closed>,
+    closed: Option<Rc<Closed>>,
     /// The parameters that change the motion within a phase: which, and the systems around it. Made when first asked for, as
     /// closed form has no need of them.
     acting: OnceCell<Vec<(usize, Around<'a>)>>,
@@ -99,7 +100,7 @@ impl<'a> VariedMotion<'a> {
             varied,
             laws: laws(base),
             layout: Layout::of(base),
-            closed: Closed::of(varied),
+            closed: Closed::of(varied).map(Rc::new),
             spare: RefCell::new(Expansion::of(&frame)),
             frame,
             acting: OnceCell::new(),
@@ -184,7 +185,7 @@ impl<'a> VariedMotion<'a> {
         if contact_state != ContactMode::Stick && self.frame.is_smooth(0, contact_state.direction()) {
             return false;
         }
-        expansion.leapt = closed.go(start, contact_state, tau);
+        closed.go(start, contact_state, tau, &mut expansion.leapt);
         (expansion.begin, expansion.h, expansion.reach) = (tau, 0.0, 0.0);
         expansion.leapt.is_some()
     }

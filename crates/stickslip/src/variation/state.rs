@@ -163,10 +163,25 @@ impl Layout {
 }
 
 /// A state whose numbers carry derivatives.
-#[derive(Clone, Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Moving {
     pub(super) numbers: Vec<Dual>,
     pub(super) flags: Vec<Flags>,
+}
+
+/// A copy into a state that is there asks for no memory.
+impl Clone for Moving {
+    fn clone(&self) -> Self {
+        Self {
+            numbers: self.numbers.clone(),
+            flags: self.flags.clone(),
+        }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        self.numbers.clone_from(&other.numbers);
+        self.flags.clone_from(&other.flags);
+    }
 }
 
 impl State {

@@ -187,69 +187,65 @@ impl Varied {
         let law = &self.base.contacts[contact].law;
         let values = inputs.map(|input| input.value);
         let directions = inputs[0].rates.len();
-        let mut outputs = answer(law, values).map(|value| Dual::fixed(value, directions));
-        let spread = |outputs: &mut [Dual; O], around: [[f64; O]; 4], step: f64, along: &Dual| {
-            for (o, output) in outputs.iter_mut().enumerate() {
-                if output.value.is_finite() {
-                    let slope = difference(around.map(|answers| answers[o]), step);
-                    if slope != 0.0 {
-                        output.shift(slope, along);
-                    }
-                }
-            }
-        };
+        let own = answer(law, values);
+        let mut outputs: [Dual; O] = std::array::from_fn(|o| Dual::fixed(own[o], directions));
         for (i, input) in inputs.iter().enumerate() {
             if input.value.is_finite() && input.rates.iter().any(|rate| *rate != 0.0) {
                 let step = step_of(input.value, relative);
-                let at = |steps: f64| {
+                let slopes = slopes(&own, input.value, step, |which| {
                     let mut beside = values;
-                    beside[i] += steps * step;
+                    beside[i] += STEPS[which] * step;
                     answer(law, beside)
-                };
-                // Most answers depend on few of the numbers: two tell it.
-                let [far_down, far_up] = [at(STEPS[0]), at(STEPS[3])];
-                let [down, up] = [STEPS[0], STEPS[3]].map(|steps| values[i] + steps * step);
-                let (mut alone, mut handed_on) = (true, [false; O]);
-                for (o, output) in outputs.iter().enumerate() {
-                    let same = far_down[o] == output.value && far_up[o] == output.value;
-                    // What a law only remembers it hands on.
-                    handed_on[o] =
-                        !same && output.value == values[i] && far_down[o] == down && far_up[o] == up;
-                    alone &= same || handed_on[o];
-                }
-                if alone {
-                    for (output, _) in outputs
-                        .iter_mut()
-                        .zip(handed_on)
-                        .filter(|(_, handed_on)| *handed_on)
-                    {
-                        output.shift(1.0, input);
+                });
+                for (output, slope) in outputs.iter_mut().zip(slopes) {
+                    if slope != 0.0 {
+                        output.shift(slope, input);
                     }
-                } else {
-                    spread(
-                        &mut outputs,
-                        [far_down, at(STEPS[1]), at(STEPS[2]), far_up],
-                        step,
-                        input,
-                    );
                 }
             }
         }
         let directions_of = parameters.into_iter().flat_map(|first| first..);
-        for (
-            Parameter {
-                around, step, laws, ..
-            },
-            axis,
-        ) in self.parameters.iter().zip(directions_of)
-        {
-            if laws[contact] {
-                let around = around
-                    .each_ref()
-                    .map(|system| answer(&system.contacts[contact].law, values));
-                spread(&mut outputs, around, *step, &Dual::along(0.0, axis, directions));
+        for (parameter, axis) in self.parameters.iter().zip(directions_of) {
+            if parameter.laws[contact] {
+                let slopes = slopes(&own, f64::NAN, parameter.step, |which| {
+                    answer(&parameter.around[which].contacts[contact].law, values)
+                });
+                for (output, slope) in outputs.iter_mut().zip(slopes) {
+                    output.rates[axis] += slope;
+                }
             }
         }
         outputs
     }
+}
+
+/// How answers change with a number, from those beside it.
+fn slopes<const O: usize>(
+    own: &[f64; O],
+    number: f64,
+    step: f64,
+    beside: impl Fn(usize) -> [f64; O],
+) -> [f64; O] {
+    // Most answers depend on few of the numbers: two tell it.
+    let [far_down, far_up] = [beside(0), beside(3)];
+    let [down, up] = [STEPS[0], STEPS[3]].map(|steps| number + steps * step);
+    let (mut alone, mut slopes) = (true, [0.0; O]);
+    for o in 0..O {
+        if far_down[o] != own[o] || far_up[o] != own[o] {
+            // What a law only remembers it hands on.
+            alone &= own[o] == number && far_down[o] == down && far_up[o] == up;
+            slopes[o] = 1.0;
+        }
+    }
+    if !alone {
+        let around = [far_down, beside(1), beside(2), far_up];
+        for (o, slope) in slopes.iter_mut().enumerate() {
+            *slope = if own[o].is_finite() {
+                difference(around.map(|answers| answers[o]), step)
+            } else {
+                0.0
+            };
+        }
+    }
+    slopes
 }

@@ -79,7 +79,7 @@ impl Expansion {
     /// Slip speed of a contact.
     pub(in crate::variation) fn u(&self, contact: usize) -> Dual {
         match &self.leapt {
-            Some(moved) => moved.slip[0].clone(),
+            Some(moved) => moved.u(),
             None => self.number(&self.motion.u.series(contact), |tangent| &tangent.u[contact]),
         }
     }
@@ -87,7 +87,7 @@ impl Expansion {
     /// Its rate.
     pub(in crate::variation) fn slip_acceleration(&self, contact: usize) -> Dual {
         match &self.leapt {
-            Some(moved) => moved.slip[1].clone(),
+            Some(moved) => moved.slip_acceleration(),
             None => self.rate(&self.motion.u.series(contact), |tangent| &tangent.u[contact]),
         }
     }
@@ -95,7 +95,7 @@ impl Expansion {
     /// Friction force of a contact.
     pub(in crate::variation) fn force(&self, contact: usize) -> Dual {
         match &self.leapt {
-            Some(moved) => moved.force[0].clone(),
+            Some(moved) => moved.force(),
             None => self.number(&self.motion.force.series(contact), |tangent| {
                 &tangent.force[contact]
             }),
@@ -105,7 +105,7 @@ impl Expansion {
     /// Its rate.
     pub(in crate::variation) fn force_rate(&self, contact: usize) -> Dual {
         match &self.leapt {
-            Some(moved) => moved.force[1].clone(),
+            Some(moved) => moved.force_rate(),
             None => self.rate(&self.motion.force.series(contact), |tangent| {
                 &tangent.force[contact]
             }),
