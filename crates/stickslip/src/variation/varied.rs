@@ -34,8 +34,8 @@ pub(super) struct Parameter {
 }
 
 impl Parameter {
-    fn new(base: &System, document: &Value, path: &str) -> Result<Self, Error> {
-        let (around, step) = around(document, path)?;
+    fn new(base: &System, table: &mut Value, path: &str) -> Result<Self, Error> {
+        let (around, step) = around(table, path)?;
         let mut beside = around[0].clone();
         for (contact, own) in beside.contacts.iter_mut().zip(&base.contacts) {
             contact.law = own.law.clone();
@@ -89,19 +89,16 @@ fn system_of(document: &Value) -> Result<System, Error> {
     read.map(|(system, _)| system).map_err(|error| refused(&error))
 }
 
-/// The systems around that of a document, and the size of a step.
-fn around(document: &Value, path: &str) -> Result<([System; 4], f64), Error> {
-    let mut table = document.clone();
-    let number = numbers_at(&mut table, path)
-        .first()
-        .and_then(|number| number.as_f64());
+/// The systems around that of a document, which is left as it was, and the size of a step.
+fn around(table: &mut Value, path: &str) -> Result<([System; 4], f64), Error> {
+    let number = numbers_at(table, path).first().and_then(|number| number.as_f64());
     let value = number.ok_or_else(|| refused(&format!("the system document has no number {path:?}")))?;
     let step = step_of(value, RELATIVE_STEP);
     let mut beside = |steps: f64| {
-        for number in numbers_at(&mut table, path) {
+        for number in numbers_at(table, path) {
             *number = (value + steps * step).into();
         }
-        let system = system_of(&table)?;
+        let system = system_of(table)?;
         admit(&system).map_err(|error| {
             refused(&format!(
                 "{} = {value} has no derivative, which is taken from values up to 0.2 % beside it: {error}",
@@ -116,6 +113,9 @@ fn around(document: &Value, path: &str) -> Result<([System; 4], f64), Error> {
         beside(STEPS[2])?,
         beside(STEPS[3])?,
     ];
+    for number in numbers_at(table, path) {
+        *number = value.into();
+    }
     Ok((systems, step))
 }
 
@@ -137,7 +137,8 @@ impl Varied {
     /// # Errors
     /// What is wrong with a path, or with the systems beside this one.
     pub fn new(base: &System, document: &Value, paths: &[String]) -> Result<Self, Error> {
-        let parameters = paths.iter().map(|path| Parameter::new(base, document, path));
+        let mut table = document.clone();
+        let parameters = paths.iter().map(|path| Parameter::new(base, &mut table, path));
         Ok(Self {
             parameters: parameters.collect::<Result<_, _>>()?,
             base: base.clone(),
@@ -226,19 +227,19 @@ fn slopes<const O: usize>(
     step: f64,
     beside: impl Fn(usize) -> [f64; O],
 ) -> [f64; O] {
-    // Most answers depend on few of the numbers: two tell it.
-    let [far_down, far_up] = [beside(0), beside(3)];
-    let [down, up] = [STEPS[0], STEPS[3]].map(|steps| number + steps * step);
+    // Most answers depend on few of the numbers: what is the same on one side as here has no slope.
+    let far_up = beside(3);
+    let up = number + STEPS[3] * step;
     let (mut alone, mut slopes) = (true, [0.0; O]);
     for o in 0..O {
-        if far_down[o] != own[o] || far_up[o] != own[o] {
+        if far_up[o] != own[o] {
             // What a law only remembers it hands on.
-            alone &= own[o] == number && far_down[o] == down && far_up[o] == up;
+            alone &= own[o] == number && far_up[o] == up;
             slopes[o] = 1.0;
         }
     }
     if !alone {
-        let around = [far_down, beside(1), beside(2), far_up];
+        let around = [beside(0), beside(1), beside(2), far_up];
         for (o, slope) in slopes.iter_mut().enumerate() {
             *slope = if own[o].is_finite() {
                 difference(around.map(|answers| answers[o]), step)
