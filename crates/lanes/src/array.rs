@@ -96,7 +96,7 @@ impl<const N: usize> Lane for Array<N> {
     }
 
     #[inline(always)]
-    fn get(self, i: usize) -> f64 {
+    fn get(&self, i: usize) -> f64 {
         self.0[i]
     }
 

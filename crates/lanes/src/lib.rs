@@ -39,8 +39,8 @@ pub trait Lane:
     type Mask: Mask;
     /// The same number in every lane.
     fn splat(x: f64) -> Self;
-    /// The number in lane `i`.
-    fn get(self, i: usize) -> f64;
+    /// The number in lane `i`; of a register in memory no other is read.
+    fn get(&self, i: usize) -> f64;
     /// Write the number in lane `i`.
     fn set(&mut self, i: usize, x: f64);
     /// |x|.

@@ -46,7 +46,7 @@ macro_rules! operators {
 macro_rules! by_lane {
     ($width:literal) => {
         #[inline(always)]
-        fn get(self, i: usize) -> f64 {
+        fn get(&self, i: usize) -> f64 {
             assert!(i < $width, "a lane of the register");
             let first = std::ptr::from_ref(&self.0).cast::<f64>();
             // SAFETY: a register is so many numbers one after the other.
@@ -378,7 +378,7 @@ macro_rules! pairs {
             }
 
             #[inline(always)]
-            fn get(self, i: usize) -> f64 {
+            fn get(&self, i: usize) -> f64 {
                 if i < $width {
                     self.0.get(i)
                 } else {

@@ -318,7 +318,7 @@ impl Task for Going<'_, '_, '_> {
                 let passed = break_away(&c, &mut state, left, stuck);
                 done = done | passed.up;
                 self.settle(&mut state, &mut done, &riders, passed.open);
-                self.tell(&riders, &state, &passed);
+                self.tell(&riders, &c, &state, &passed);
             }
             // What has just come loose slips on in the same round.
             let left =
@@ -336,7 +336,7 @@ impl Task for Going<'_, '_, '_> {
                 let passed = arrive(&c, &on, &mut state, left, slips);
                 done = done | passed.up;
                 self.settle(&mut state, &mut done, &riders, passed.open);
-                self.tell(&riders, &state, &passed);
+                self.tell(&riders, &c, &state, &passed);
             }
         }
     }
@@ -530,17 +530,22 @@ impl Going<'_, '_, '_> {
 
     /// Tell of the events of lanes, at the states after them.
     #[inline(always)]
-    fn tell<L: Lane>(&mut self, riders: &[Rider], state: &State<L>, passed: &Passed<L>) {
+    fn tell<L: Lane>(&mut self, riders: &[Rider], c: &Column<L>, state: &State<L>, passed: &Passed<L>) {
         let Some(on_event) = &mut self.on_event else {
             return;
         };
+        // Side by side: one after the other these sums would take a quarter of all the time.
+        let (high, low) = state.clock(c);
         for i in (0..L::WIDTH).filter(|&i| passed.go.at(i)) {
             let Some((index, constants)) = &riders[i] else {
                 continue;
             };
             let event = passed.event.map(|number| number.get(i));
             let state = state.take(i);
-            let clock = constants.clock(state.periods, state.t);
+            let clock = Clock {
+                high: high.get(i),
+                low: low.get(i),
+            };
             let event = constants.event(clock, &state, event);
             on_event(*index, &event, &constants.segment(clock, &state));
         }

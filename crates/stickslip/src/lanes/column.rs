@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use stickslip_lanes::{Lane, Mask};
 
+use super::elementary::add;
 use crate::clock::Clock;
 use crate::elementary::{PI, exp, sin_cos, whole_turns_less};
 use crate::event::Start;
@@ -63,6 +64,8 @@ lanes! {
         force, frequency, per_frequency, frequency_squared,
         /// 2π/Ω in two parts, of which small multiples of the first are exact.
         period, period_low,
+        /// The time by which zero phase of the force is before zero time.
+        shift,
         /// ks, its rate a radian of the force, and their reciprocals.
         rise, rise_a_radian, per_rise,
         /// ks over a period.
@@ -149,8 +152,6 @@ pub(super) struct Track {
 pub(super) struct Constants {
     pub(super) column: Column<f64>,
     pub(super) tracks: Vec<Track>,
-    /// The time by which zero phase of the force is before zero time.
-    shift: f64,
 }
 
 /// Where a mode of the lanes ends.
@@ -185,6 +186,17 @@ impl<L: Lane> End<L> {
 }
 
 impl<L: Lane> State<L> {
+    /// The time, high and low part: [`Constants::clock`], operation for operation.
+    #[inline(always)]
+    pub(super) fn clock(&self, c: &Column<L>) -> (L, L) {
+        let zero = L::splat(0.0);
+        let whole = (self.periods * c.period, zero);
+        add(
+            add(whole, (self.t, zero)),
+            (self.periods * c.period_low - c.shift, zero),
+        )
+    }
+
     /// To the end of a mode, in the lanes of `go`, at the velocity `v`.
     #[inline(always)]
     pub(super) fn go_to(&mut self, go: L::Mask, end: &End<L>, v: L) {
@@ -284,6 +296,9 @@ impl Constants {
         let ratio = if monotone { 1.0 } else { rise / change };
         let crest = amplitude * (1.0 - ratio * ratio).sqrt();
         let early = if monotone { 0.0 } else { libm::asin(ratio) };
+        // Less than none would round the time of the start.
+        let turned = whole_turns_less(phase, 0.0);
+        let ahead = if turned < 0.0 { turned + 2.0 * PI.0 } else { turned };
         let column = Column {
             drive: s,
             stiffness: k,
@@ -300,6 +315,7 @@ impl Constants {
             frequency_squared: frequency * frequency,
             period,
             period_low: (whole - period) + left / frequency,
+            shift: ahead / frequency,
             rise,
             rise_a_radian: rise / frequency,
             per_rise: 1.0 / rise,
@@ -317,14 +333,7 @@ impl Constants {
         if tracks.iter().all(|track| track.line.left == 1.0) {
             return None;
         }
-        // Less than none would round the time of the start.
-        let turned = whole_turns_less(phase, 0.0);
-        let ahead = if turned < 0.0 { turned + 2.0 * PI.0 } else { turned };
-        Some(Self {
-            column,
-            tracks,
-            shift: ahead / frequency,
-        })
+        Some(Self { column, tracks })
     }
 
     /// The line of a state.
@@ -467,21 +476,29 @@ impl Constants {
     }
 
     /// The time so many periods and a time after the phase of the force was zero.
-    pub(super) fn clock(&self, periods: f64, t: f64) -> Clock {
-        Clock::at(periods * self.column.period)
+    fn clock(&self, periods: f64, t: f64) -> Clock {
+        let Column {
+            period,
+            period_low,
+            shift,
+            ..
+        } = self.column;
+        Clock::at(periods * period)
             .after(t)
-            .after(periods * self.column.period_low - self.shift)
+            .after(periods * period_low - shift)
     }
 
     /// Whole periods of the force since its phase was zero, and the time since then.
     fn local(&self, clock: Clock) -> (f64, f64) {
         let Column {
-            period, period_low, ..
+            period,
+            period_low,
+            shift,
+            ..
         } = self.column;
-        let after = |periods: f64| {
-            ((clock.high - periods * period) + (clock.low + self.shift)) - periods * period_low
-        };
-        let mut periods = ((clock.high + self.shift) / (period + period_low)).floor();
+        let after =
+            |periods: f64| ((clock.high - periods * period) + (clock.low + shift)) - periods * period_low;
+        let mut periods = ((clock.high + shift) / (period + period_low)).floor();
         if after(periods) < 0.0 {
             periods -= 1.0;
         }

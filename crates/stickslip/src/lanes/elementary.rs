@@ -1,4 +1,4 @@
-//! Exponential, sine and cosine in lanes: those of [`crate::elementary`], operation for operation.
+//! Exponential, sine, cosine and sums in lanes: those of [`crate::elementary`], operation for operation.
 
 use stickslip_lanes::Lane;
 
@@ -48,6 +48,21 @@ pub(super) fn sin_cos<L: Lane>(x: L) -> (L, L) {
     let s = r + r * square * (n(-1.0 / 6.0) + square * (n(1.0 / 120.0) - square * n(1.0 / 5040.0)));
     let c = square * (n(-0.5) + square * (n(1.0 / 24.0) - square * n(1.0 / 720.0)));
     (sine + (sine * c + cosine * s), cosine + (cosine * c - sine * s))
+}
+
+/// a + b without error.
+#[inline(always)]
+fn sum<L: Lane>(a: L, b: L) -> (L, L) {
+    let high = a + b;
+    let shift = high - a;
+    (high, (a - (high - shift)) + (b - shift))
+}
+
+/// The sum of two unevaluated sums, rounded in its low part alone.
+#[inline(always)]
+pub(super) fn add<L: Lane>(a: (L, L), b: (L, L)) -> (L, L) {
+    let (high, low) = sum(a.0, b.0);
+    sum(high, low + (a.1 + b.1))
 }
 
 /// cos and sin of an angle with a small one added.
