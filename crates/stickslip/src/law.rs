@@ -279,6 +279,16 @@ pub trait Friction: Limited {
         f64::NAN
     }
 
+    /// For a smooth law: coefficient after coefficient of F(u(h)), of which `next` makes the next one of u. One call for all of
+    /// them lets a compiler put a law into the loop.
+    #[inline]
+    fn grow(&self, u: &mut Series, order: usize, grown: &mut Grown, mut next: impl FnMut(usize, f64) -> f64) {
+        for k in 0..order {
+            let size = self.extend(u, k, grown);
+            u[k + 1] = next(k, size);
+        }
+    }
+
     /// For a law with branches by the sign of the slip acceleration that do not meet: its force at slip speed `u` while u
     /// falls and while it rises. Where the first is the smaller, the mode between them holds u; else the branches switch.
     fn branches(&self, _u: f64) -> Option<[f64; 2]> {
@@ -331,6 +341,9 @@ macro_rules! laws {
             fn force(&self, piece: &Piece, u: f64) -> f64 { match self { $(Self::$name(law) => law.force(piece, u)),+ } }
             #[inline]
             fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 { match self { $(Self::$name(law) => law.extend(u, k, grown)),+ } }
+            fn grow(&self, u: &mut Series, order: usize, grown: &mut Grown, next: impl FnMut(usize, f64) -> f64) {
+                match self { $(Self::$name(law) => law.grow(u, order, grown, next)),+ }
+            }
             fn resolution(&self, u: f64) -> Option<f64> { match self { $(Self::$name(law) => law.resolution(u)),+ } }
             fn branches(&self, u: f64) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
             #[inline]

@@ -298,16 +298,9 @@ impl Motion {
             u[order] = 0.0;
             return;
         }
-        let (smooth, law) = (frame.is_smooth(0, direction), law.toward(direction));
-        let grown = &mut self.grown[0];
         let pull = response * direction;
-        for k in 0..order {
-            u[k] = direction * if k == 0 { slip } else { drive[k] - v[k] };
-            let size = if smooth {
-                law.extend(u, k, grown)
-            } else {
-                slope * u[k] + if k == 0 { offset } else { 0.0 }
-            };
+        u[0] = direction * slip;
+        let next = |k: usize, size: f64| {
             force[k] = direction * size;
             let a = if zero_slope && k == 0 {
                 drive[1]
@@ -316,8 +309,16 @@ impl Motion {
             };
             x[k + 1] = v[k] * INVERSE[k + 1];
             v[k + 1] = a * INVERSE[k + 1];
+            direction * (drive[k + 1] - v[k + 1])
+        };
+        if frame.is_smooth(0, direction) {
+            law.toward(direction).grow(u, order, &mut self.grown[0], next);
+        } else {
+            let mut next = next;
+            for k in 0..order {
+                u[k + 1] = next(k, slope * u[k] + if k == 0 { offset } else { 0.0 });
+            }
         }
-        u[order] = direction * (drive[order] - v[order]);
     }
 
     /// Move positions and velocities on by `h`, and what rounding took of both: many short steps add up to what one long step is.
