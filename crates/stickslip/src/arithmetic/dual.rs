@@ -115,6 +115,15 @@ impl Dual {
         }
     }
 
+    /// Whether it varies along any direction.
+    #[inline]
+    #[must_use]
+    pub fn varies(&self) -> bool {
+        // All bits but the signs: without a way out of the loop a processor looks at several at once.
+        let bits = self.rates.iter().fold(0, |bits, rate| bits | rate.to_bits());
+        bits << 1 != 0
+    }
+
     /// |self|
     #[must_use]
     pub fn abs(mut self) -> Self {

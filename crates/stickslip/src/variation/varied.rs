@@ -191,7 +191,7 @@ impl Varied {
         let own = answer(law, values);
         let mut outputs: [Dual; O] = std::array::from_fn(|o| Dual::fixed(own[o], directions));
         for (i, input) in inputs.iter().enumerate() {
-            if input.value.is_finite() && input.rates.iter().any(|rate| *rate != 0.0) {
+            if input.value.is_finite() && input.varies() {
                 let step = step_of(input.value, relative);
                 let slopes = slopes(&own, input.value, step, |which| {
                     let mut beside = values;
