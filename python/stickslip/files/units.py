@@ -301,6 +301,15 @@ def check_one_kind(table: Mapping[str, object], where: str) -> None:
         )
 
 
+def unit_suffix(unit: str) -> str:
+    """A unit as it stands behind a number in a sentence; nothing behind a pure number.
+
+    >>> unit_suffix("N"), unit_suffix("1")
+    (' N', '')
+    """
+    return "" if unit == "1" else f" {unit}"
+
+
 def rounded(value: float, error: float) -> str:
     """A value with its standard error, to the digits that the error allows.
 

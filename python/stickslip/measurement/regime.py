@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -66,6 +67,20 @@ def quiet_window(noise: float, step: float, drive_velocity: float) -> int:
     return max(round(length / step), 1)
 
 
+class Regime(NamedTuple):
+    """The kind of a motion, and why it is ``"unknown"``.
+
+    Attributes
+    ----------
+    kind : a word of `stickslip.simulation.regimes`, or ``"unknown"``.
+    doubt : of an unknown kind: ``"noise"`` hides short sticks; or ``"no sticks"`` are seen, and it is slow for as long as in
+        stick-slip; or it is slow for about as long as the ``"limit"`` between the kinds. Else ``""``.
+    """
+
+    kind: str
+    doubt: Literal["", "noise", "no sticks", "limit"] = ""
+
+
 def regime(
     slip_velocity: Array,
     drive_velocity: float,
@@ -75,7 +90,7 @@ def regime(
     rigid: bool,
     sticks: int,
     cycles: int,
-) -> str:
+) -> Regime:
     """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, in words of `stickslip.simulation.regimes`, with noise.
 
     - ``at_rest``: the mass goes with the drive, |w| < 0.2 V, all the time;
@@ -102,12 +117,12 @@ def regime(
         lingers = sticks > 0 and slow > LINGERS
         known = abs(slow - LINGERS) > slow_error if sticks else slow < LINGERS + slow_error or slow > NEVER_SLIPS
     if lingers and known and float(np.std(slip_velocity)) >= STEADY * drive_velocity:
-        return "stick_slip"
+        return Regime("stick_slip")
     if not known or blur > BLURRED:
-        return "unknown"
+        return Regime("unknown", "noise" if blur > BLURRED else "limit" if sticks and not rigid else "no sticks")
     if float(np.std(slip_velocity)) >= STEADY * drive_velocity:
-        return "almost_harmonic"
-    return "at_rest" if slow > NEVER_SLIPS else "stable_slip"
+        return Regime("almost_harmonic")
+    return Regime("at_rest" if slow > NEVER_SLIPS else "stable_slip")
 
 
 def regime_of_slip(slip_velocity: Array, stuck_share: float, sticks: bool, level: float = 0.0) -> str:
@@ -140,48 +155,36 @@ def regime_of_slip(slip_velocity: Array, stuck_share: float, sticks: bool, level
     return "reversing_slip" if (w > level).any() and (w < -level).any() else "almost_harmonic"
 
 
-def nearly_sticks(slow: float, per_period: float) -> list[str]:
-    """What to say where nothing is seen to stick, and the mass is slow for about as long as one that just comes to rest.
+def regime_notes(
+    found: Regime, slow: float, blur: float, rigid: bool, sticks: int, cycles: int, per_period: float
+) -> list[str]:
+    """What is said of stick-slip that is intermittent, of an unknown kind, and of a motion that may touch w = 0 unseen.
 
     Parameters
     ----------
-    slow : share of the time with |w| < 0.2 V.
+    found : from `regime`.
+    slow, blur, rigid, sticks, cycles : as of `regime`.
     per_period : samples in a period of the free mass.
     """
-    if slow < NEARLY * TOUCHES:
-        return []
-    touches = f"{100 * TOUCHES:.0f} % where a sine just touches w = 0"
-    return [
-        f"no stick is seen, and |w| < {SLOW_LEVEL:g} V for {100 * slow:.0f} % of the time ({touches}): {_hides(per_period)}"
-    ]
-
-
-def _hides(per_period: float) -> str:
+    share, percent = f"|w| < {SLOW_LEVEL:g} V for", f"{100 * slow:.0f} % of the time"
     few = f"{per_period:.0f} samples in a period of the free mass, " if per_period < ENOUGH else ""
-    return (
+    hides = (
         f"{few}a low-pass ahead of the converter or an uneven drive may hide sticks, and friction at low slip speed is then "
         f"not as stated; to tell, take {ENOUGH} samples a period without a filter, or a lower drive velocity"
     )
-
-
-def undecided(slow: float, slow_error: float, blur: float, per_period: float) -> str:
-    """The sentence to the kind ``unknown``; the arguments are those of `regime` and `nearly_sticks`."""
-    if blur > BLURRED:
-        why = f"the slip velocity is known to {blur:.2g} V only, so short sticks would not be seen"
-    elif slow > LINGERS + slow_error:
-        why = (
-            f"|w| < {SLOW_LEVEL:g} V for {100 * slow:.0f} % of the time, as in stick-slip, but hardly a cycle is seen to "
-            f"stick: {_hides(per_period)}"
-        )
-    else:
-        why = f"|w| < {SLOW_LEVEL:g} V for {100 * slow:.0f} % of the time, too near the {100 * LINGERS:.0f} % of stick-slip"
-    return f"the kind of motion cannot be told: {why}; no sticks were taken"
-
-
-def intermittence(slow: float, rigid: bool, sticks: int, cycles: int) -> str | None:
-    """A sentence where stick-slip does not stick in every cycle, else None; the arguments are those of `regime`."""
-    if rigid and sticks < 0.8 * cycles:
-        return f"the stick-slip is intermittent: {sticks} of {cycles} cycles stick"
-    if not rigid and slow < INTERMITTENT:
-        return f"the stick-slip is intermittent: |w| < {SLOW_LEVEL:g} V for only {100 * slow:.0f} % of the time"
-    return None
+    if found.kind == "unknown":
+        why = {
+            "noise": f"the slip velocity is known to {blur:.2g} V only, so short sticks would not be seen",
+            "no sticks": f"{share} {percent}, as in stick-slip, but hardly a cycle is seen to stick: {hides}",
+            "limit": f"{share} {percent}, too near the {100 * LINGERS:.0f} % of stick-slip",
+        }
+        return [f"the kind of motion cannot be told: {why[found.doubt]}; no sticks were taken"]
+    if found.kind == "stick_slip" and rigid and sticks < 0.8 * cycles:
+        return [f"the stick-slip is intermittent: {sticks} of {cycles} cycles stick"]
+    if found.kind == "stick_slip" and not rigid and slow < INTERMITTENT:
+        return [f"the stick-slip is intermittent: {share} only {percent}"]
+    if found.kind == "almost_harmonic" and slow >= NEARLY * TOUCHES:
+        return [
+            f"no stick is seen, and {share} {percent} ({100 * TOUCHES:.0f} % where a sine just touches w = 0): {hides}"
+        ]
+    return []

@@ -11,18 +11,20 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip import _core
+from stickslip.files.units import unit_of
 
 Array = npt.NDArray[np.float64]
 
-EVENT_COLUMNS = ("t", "stick_time", "force_rate", "force", "drop")
+EVENT_COLUMNS = {"t": "time", "stick_time": "time", "force_rate": "force time^-1", "force": "force", "drop": "force"}
+"""Of a table of break-aways, with their dimensions."""
 
 
-def event_table(rows: Sequence[Sequence[float]], force_unit: str = "N") -> xr.Dataset:
-    """Table of break-aways from rows of value, error, value, error, ... in the order of `EVENT_COLUMNS`."""
+def event_table(rows: Sequence[Sequence[float]], force: str = "N", time: str = "s") -> xr.Dataset:
+    """Table of break-aways from rows of value, error, value, error, ... in the order of `EVENT_COLUMNS`, in these units."""
     values = np.array(rows, dtype=np.float64).reshape(-1, 2 * len(EVENT_COLUMNS))
-    units = ("s", "s", f"{force_unit}/s", force_unit, force_unit)
     table = xr.Dataset()
-    for i, (name, unit) in enumerate(zip(EVENT_COLUMNS, units, strict=True)):
+    for i, (name, dimension) in enumerate(EVENT_COLUMNS.items()):
+        unit = unit_of(dimension, force, time=time)
         table[name] = ("event", values[:, 2 * i], {"units": unit})
         table[f"{name}_error"] = ("event", values[:, 2 * i + 1], {"units": unit})
     return table
@@ -43,28 +45,32 @@ def facts_of_runs(sources: Sequence[str], force: Sequence[float]) -> dict[str, f
 
 def friction_tree(
     *,
-    series: Mapping[str, tuple[npt.NDArray[Any], str]],
+    series: Mapping[str, tuple[npt.NDArray[Any], str] | tuple[npt.NDArray[Any], str, str]],
     tables: Mapping[str, xr.Dataset],
     source: str,
     rig: str,
     notes: Sequence[str],
     facts: Mapping[str, float | str],
+    constants: Mapping[str, float] | None = None,
 ) -> xr.DataTree:
     """Put a measured friction together.
 
     Parameters
     ----------
-    series : name -> ((n,) values, unit), with `time` among them, or empty where the instrument gives tables only.
+    series : name -> ((n,) values, unit) or ((n,) values, unit, long name), with `time` among them, or empty where the
+        instrument gives tables only.
     tables : name of the child -> its table; ``break_away`` is added without rows where it is missing.
     source, rig, notes : provenance: file, rig as TOML, sentences.
     facts : numbers and words of the whole record; they become attributes and are what a summary prints.
+    constants : further numbers that become attributes.
     """
     data = xr.Dataset()
     if series:
         data = data.assign_coords(time=("time", series["time"][0], {"units": series["time"][1]}))
-        for name, (values, unit) in series.items():
+        for name, (values, unit, *long_name) in series.items():
             if name != "time":
-                data[name] = ("time", values, {} if values.dtype == bool else {"units": unit})
+                named = {"long_name": long_name[0]} if long_name else {}
+                data[name] = ("time", values, {} if values.dtype == bool else {"units": unit, **named})
     data.attrs = {
         "source": source,
         "rig": rig,
@@ -73,6 +79,7 @@ def friction_tree(
         "notes": list(notes),
         "facts": list(facts),
         **facts,
+        **(constants or {}),
     }
     children = {"break_away": event_table([]), **tables}
     return xr.DataTree.from_dict({"/": data, **{f"/{name}": table for name, table in children.items()}})

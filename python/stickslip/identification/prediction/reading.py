@@ -17,9 +17,9 @@ import pandas as pd
 from stickslip.files.checks import number
 from stickslip.identification.kinetic.replayed_motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
+from stickslip.measurement.indirect.sticks import Presmoothed, creeping_sticks, find_flanks
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rigs.rig import Rig
-from stickslip.measurement.sticks import Presmoothed, creeping_sticks, find_flanks
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 
@@ -72,7 +72,7 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
     found = creeping_sticks(presmoothed, flanks, speed)
     w = speed - v
     slow, _ = slow_share(w, speed, noise, record.step, [stick.end - stick.start for stick in found])
-    kind = regime(w, speed, slow, 0.0, 0.0, rigid=False, sticks=len(found), cycles=len(flanks.limits))
+    kind = regime(w, speed, slow, 0.0, 0.0, rigid=False, sticks=len(found), cycles=len(flanks.limits)).kind
     if kind == "unknown":  # nothing hides the sticks of a simulated motion
         kind = "almost_harmonic"
     if kind != "stick_slip":  # as in a record, what is no stick-slip has no sticks

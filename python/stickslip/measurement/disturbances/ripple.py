@@ -11,10 +11,12 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import minimize_scalar
 from scipy.special import i0e
 
-from stickslip.measurement.force import Friction
-from stickslip.measurement.recalibration import Draft
+from stickslip.files.units import unit_suffix
+from stickslip.measurement.indirect.draft import Draft
+from stickslip.measurement.indirect.force import Friction
+from stickslip.measurement.indirect.sticks import Stick, find_flanks, presmooth
+from stickslip.measurement.rigs.rig import RigUnits
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
-from stickslip.measurement.sticks import Stick, find_flanks, presmooth
 
 Array = npt.NDArray[np.float64]
 
@@ -96,7 +98,7 @@ class Ripple:
 
 
 @dataclass(frozen=True)
-class Shaken:
+class RemovedRipple:
     """What was taken from the extension because of a ripple.
 
     Attributes
@@ -124,6 +126,12 @@ class Shaken:
         bridge = CubicHermiteSpline(limits, self.ripple.at(limits), self.ripple.at(limits, 1))
         return np.where(stuck, ripple, bridge(time, derivative))
 
+    def taken_from(self, draft: Draft) -> Draft:
+        """The draft without the ripple."""
+        x = draft.extension - self.taken(draft.time)
+        presmoothed = presmooth(draft.time, x, draft.weight, draft.oscillator, draft.noise)
+        return replace(draft, extension=x, presmoothed=presmoothed, flanks=find_flanks(presmoothed, 0.0))
+
     def returned(self, friction: Friction, sticks: list[Stick]) -> Friction:
         """The friction of the extension with what was taken from it, from the one without and its sticks."""
         o, time = friction.fit.oscillator, friction.time
@@ -146,15 +154,32 @@ class Shaken:
             unsure, _rms(added[1] * misplaced), self.ripple.error * (held[0] + held[1] * fastest + held[2] * fastest**2)
         )
         return replace(
-            friction,
+            friction.with_common_error(common),
             extension=friction.extension + seen[0],
             velocity=friction.velocity + seen[1],
             slip_velocity=friction.slip_velocity + moved[0],
             slip_acceleration=friction.slip_acceleration + moved[1],
             force=friction.force + sum(factor * self.taken(time, d) for d, factor in enumerate(held)),
-            force_error=np.hypot(friction.force_error, common),
-            common=math.hypot(friction.common, common),
             added=dict(zip(ends.tolist(), np.transpose(np.array(added)).tolist(), strict=True)),
+        )
+
+    def note(self, o: OscillatorConstants, units: RigUnits) -> str:
+        """The sentence that names the ripple and what was done."""
+        length, force, frequency = (unit_suffix(unit) for unit in (units.length, units.force, units.frequency))
+        lines = ", ".join(
+            f"{amplitude:.2g}{length} at {rate / (2 * math.pi):.4g}{frequency}"
+            for amplitude, rate in zip(self.ripple.amplitudes, self.ripple.rates, strict=True)
+        )
+        name = f"while stuck the record has a line that is alike in all sticks ({lines})"
+        if self.everywhere:
+            return (
+                f"{name}, and the slips have it too: the instrument shakes, or the end of the spring that is pulled; it was "
+                "taken out, and its force on the spring given back where break-aways scatter less with it"
+            )
+        swing = float(self.ripple.amplitudes @ (o.stiffness + o.mass * self.ripple.rates**2))
+        return (
+            f"{name}, and the slips do not: a ripple of the drive, or the base vibrates; the mass was taken to follow it "
+            f"while stuck, and the friction holds the force of that, up to {swing:.2g}{force}"
         )
 
     def _pulled(self, friction: Friction, ends: Array) -> bool:
@@ -367,29 +392,3 @@ def _refined(samples: _Samples, rates: Array, rate: float, origin: float) -> tup
     bounds = (max(rate - width / 2, width / 4), rate + width / 2)
     found = minimize_scalar(left, bounds=bounds, method="bounded", options={"xatol": 1e-3 * width})
     return float(found.x), float(found.fun)
-
-
-def without(draft: Draft, shaken: Shaken) -> Draft:
-    """The draft without the ripple."""
-    x = draft.extension - shaken.taken(draft.time)
-    presmoothed = presmooth(draft.time, x, draft.weight, draft.oscillator, draft.noise)
-    return replace(draft, extension=x, presmoothed=presmoothed, flanks=find_flanks(presmoothed, 0.0))
-
-
-def said_of(shaken: Shaken, o: OscillatorConstants, unit: str) -> str:
-    """The sentence that names the ripple and what was done."""
-    lines = ", ".join(
-        f"{amplitude:.2g}{unit} at {rate / (2 * math.pi):.4g} Hz"
-        for amplitude, rate in zip(shaken.ripple.amplitudes, shaken.ripple.rates, strict=True)
-    )
-    name = f"while stuck the record has a line that is alike in all sticks ({lines})"
-    if shaken.everywhere:
-        return (
-            f"{name}, and the slips have it too: the instrument shakes, or the end of the spring that is pulled; it was "
-            "taken out, and its force on the spring given back where break-aways scatter less with it"
-        )
-    swing = float(shaken.ripple.amplitudes @ (o.stiffness + o.mass * shaken.ripple.rates**2))
-    return (
-        f"{name}, and the slips do not: a ripple of the drive, or the base vibrates; the mass was taken to follow it while "
-        f"stuck, and the friction holds the force of that, up to {swing:.2g}{unit and ' N'}"
-    )

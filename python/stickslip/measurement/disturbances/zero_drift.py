@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import fdtrc
 
-from stickslip.measurement.sticks import Flanks, Presmoothed
+from stickslip.files.units import unit_suffix
+from stickslip.measurement.indirect.sticks import Flanks, Presmoothed
 
 Array = npt.NDArray[np.float64]
 
@@ -78,10 +79,11 @@ def _clear(level: Array, fit: Array, degree: int) -> bool:
     return bool(fdtrc(degree, free, ratio) < BY_CHANCE)
 
 
-def said_of_drift(drift: ZeroDrift, stiffness: float, unit: str) -> str:
+def note_on_drift(drift: ZeroDrift, stiffness: float, unit: str) -> str:
     """The sentence that says how large it is."""
+    size = f"{stiffness * drift.size:.3g}{unit_suffix(unit)}"
     return (
-        f"the levels at which sticks begin and end drift together, by {stiffness * drift.size:.3g}{unit} over the record "
-        f"({100 * drift.share:.2g} % of their distance): the zero of the instrument drifts, or all of the friction; the "
-        "errors of forces hold half of it; correct the zero, or measure parts of the record ([read] window in the rig)"
+        f"the levels at which sticks begin and end drift together, by {size} over the record ({100 * drift.share:.2g} % of "
+        "their distance): the zero of the instrument drifts, or all of the friction; the errors of forces hold half of it; "
+        "correct the zero, or measure parts of the record ([read] window in the rig)"
     )

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import maximum_filter1d
 
+from stickslip.files.units import unit_suffix
+
 Array = npt.NDArray[np.float64]
 
 SIDE = 6
@@ -82,9 +84,9 @@ def zero_error(jumps: list[ZeroJump]) -> float:
     return float(np.ptp(np.cumsum([0.0, *(jump.size for jump in jumps)]))) / math.sqrt(2)
 
 
-def said_of_jumps(jumps: list[ZeroJump], time: Array, part: slice, stiffness: float, unit: str) -> str:
+def note_on_jumps(jumps: list[ZeroJump], time: Array, part: slice, stiffness: float, unit: str) -> str:
     """The sentence that says where they are, and which part was measured."""
-    where = ", ".join(f"by {stiffness * one.size:.3g}{unit} at {time[one.index]:.4g}" for one in jumps)
+    where = ", ".join(f"by {stiffness * one.size:.3g}{unit_suffix(unit)} at {time[one.index]:.4g}" for one in jumps)
     return (
         f"the reading jumps between two samples as no mass can, {where}: the zero of the instrument shifts; only "
         f"{time[part.start]:.4g} to {time[part.stop - 1]:.4g} was measured ([read] window in the rig takes another part); "

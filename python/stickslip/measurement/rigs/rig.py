@@ -40,6 +40,11 @@ class RigUnits(NamedTuple):
     force: str
     mass: str
 
+    @property
+    def frequency(self) -> str:
+        """Of a line."""
+        return "1" if self.time == "1" else "Hz"
+
 
 SLIDES = RigUnits("s", "m", "m/s", "m/s^2", "N", "kg")
 TURNS = RigUnits("s", "rad", "rad/s", "rad/s^2", "N m", "kg m^2")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from stickslip.files.units import unit_suffix
+
 Array = npt.NDArray[np.float64]
 
 DITHERED = 0.4
@@ -45,3 +47,12 @@ def coarse_step(readings: Array, noise: float) -> float:
         return 0.0
     ahead = max(noise**2 - step**2 / 12, 0.0) ** 0.5
     return round(step, 12) if ahead < DITHERED * step else 0.0
+
+
+def note_on_steps(step: float, unit: str, common: float, force: str) -> str:
+    """The sentence on steps of this size, and on the error that all forces have in common for them; units of both."""
+    return (
+        f"the readings come in steps of {step:.3g}{unit_suffix(unit)}, coarser than the noise: lines and creep smaller than "
+        f"a step may come of it; the errors of all forces hold {common:.2g}{unit_suffix(force)} for it; "
+        "a finer range or noise of half a step evens it out"
+    )

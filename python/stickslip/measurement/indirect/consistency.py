@@ -9,14 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.measurement.force import Friction, likeliest_inertia, restoring_excess
+from stickslip.files.units import unit_suffix
+from stickslip.measurement.indirect.force import Friction, likeliest_inertia, restoring_excess
+from stickslip.measurement.indirect.stick_limits import BLUR, FEW
+from stickslip.measurement.indirect.sticks import Flanks, Presmoothed, own_period
 from stickslip.measurement.read import LEAST_SAMPLES, Record
-from stickslip.measurement.rigs.rig import Rig
+from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.noise import MAD_TO_SIGMA, line_excess, mains_hum
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.spectra import Line
-from stickslip.measurement.stick_limits import BLUR, FEW
-from stickslip.measurement.sticks import Flanks, Presmoothed, own_period
 
 Array = npt.NDArray[np.float64]
 
@@ -32,8 +33,6 @@ LASTING = 1.5
 """A drive that stops does so for longer than that many cycles of the motion."""
 FEWEST_OF_RISE, FEWEST_RISES = 6, 3
 """Fewest samples of a rise that tell its slope, and rises that tell a speed of the drive."""
-LONG_HIDDEN = 1.0
-"""A shift that all break-aways share is worth a word from so many samples on."""
 SWING_OFF, SWING_ERRORS = 0.02, 4.0
 """Part by which the frequency of the slips must lie from sqrt(k/m)/2pi to be named, and standard errors."""
 CHANGES, APART = 0.1, 6.0
@@ -54,29 +53,15 @@ def check_sampling(record: Record, rig: Rig) -> None:
         )
 
 
-def few_samples(record: Record, oscillator: OscillatorConstants) -> list[str]:
+def few_samples(record: Record, oscillator: OscillatorConstants, units: RigUnits) -> list[str]:
     """Whether the samples are too few for break-aways to be placed to less than a sample."""
     period = own_period(oscillator)
     if period >= FEW * record.step:
         return []
     return [
         f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW} a break-away may be seen "
-        f"some {BLUR:g} samples ({BLUR * record.step:.2g} s) too early, its force too low by as much loading, and the "
-        "friction of slow slip beside it too high; the errors of the break-aways hold that; record faster"
-    ]
-
-
-def filtered(friction: Friction) -> list[str]:
-    """Whether what hides each break-away lasts longer than a sample, as behind a filter ahead of the converter."""
-    step = friction.fit.step
-    if friction.late < LONG_HIDDEN * step:
-        return []
-    return [
-        f"all break-aways may be early or late together by {friction.late:.2g} s, {friction.late / step:.2g} samples: "
-        "friction falls on as the slip begins, or a low-pass of some "
-        f"{1 / (2 * math.pi * friction.late):.2g} Hz ahead of the converter smears what begins and ends a stick; the errors "
-        "of break-aways hold that, but sticks that such a filter hides are not seen, and friction at low slip speed and "
-        "its kinetic level are off; take the filter out, or sample it far above the slips"
+        f"some {BLUR:g} samples ({BLUR * record.step:.2g}{unit_suffix(units.time)}) too early, its force too low by as much "
+        "loading, and the friction of slow slip beside it too high; the errors of the break-aways hold that; record faster"
     ]
 
 
@@ -86,9 +71,10 @@ def check_rise(record: Record, rig: Rig, presmoothed: Presmoothed, flanks: Flank
     rise = max(((x[b] - x[a]) / (time[b] - time[a]) for a, b in flanks.limits), default=0.0)
     if rise > RISES * rig.drive_velocity:
         raise InputError(
-            f"{record.source}: column {rig.column!r} rises at {rise:.3g}{_length(rig)}/s between two falls, and the drive "
-            f"that drags the mass goes at {rig.drive_velocity:g}; correct the unit, the drive_velocity or the stiffness in "
-            "the rig; or leave out drop-outs to a fixed reading, which rise as steeply: [read] valid = [lowest, highest]"
+            f"{record.source}: column {rig.column!r} rises at {rise:.3g}{unit_suffix(rig.units.speed)} between two falls, "
+            f"and the drive that drags the mass goes at {rig.drive_velocity:g}; correct the unit, the drive_velocity or the "
+            "stiffness in the rig; or leave out drop-outs to a fixed reading, which rise as steeply: [read] valid = [lowest, "
+            "highest]"
         )
 
 
@@ -243,15 +229,15 @@ def unlike_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[st
     if 0.5 < scatter / max(stated, 1e-300) < 2:
         return []
     return [
-        f"the record says its samples are good to {stated:.2g}{_length(rig)}, they scatter by "
-        f"{scatter:.2g}{_length(rig)} about the fit: the scatter was believed"
+        f"the record says its samples are good to {stated:.2g}{unit_suffix(rig.units.length)}, they scatter by "
+        f"{scatter:.2g}{unit_suffix(rig.units.length)} about the fit: the scatter was believed"
     ]
 
 
 def inertia(friction: Friction, rig: Rig, slow: float, line: Line) -> list[str]:
     """Whether the resonance, or the smoothness of friction, speaks for another inertia than the rig's."""
     notes: list[str] = []
-    o = friction.fit.oscillator
+    o, hertz = friction.fit.oscillator, unit_suffix(rig.units.frequency)
     own = math.sqrt(o.stiffness / o.mass) / (2 * math.pi)
     nominal = math.sqrt(rig.stiffness / o.mass) / (2 * math.pi)
     # A slider that is slow most of the time sounds at the rate of its slips, not at its resonance.
@@ -259,9 +245,9 @@ def inertia(friction: Friction, rig: Rig, slow: float, line: Line) -> list[str]:
         ratio = line.frequency / own
         if abs(ratio - 1) > max(0.05, 3 * line.error / own):
             notes.append(
-                f"the resonance line at {line.frequency:.3g} +- {line.error:.2g} Hz is {ratio:.2f} times sqrt(k/m)/2pi "
-                f"= {own:.3g} Hz ({line.frequency / nominal:.2f} times the {nominal:.3g} Hz of the nominal stiffness): "
-                "friction that depends on velocity shifts it, or the effective inertia is "
+                f"the resonance line at {line.frequency:.3g} +- {line.error:.2g}{hertz} is {ratio:.2f} times sqrt(k/m)/2pi "
+                f"= {own:.3g}{hertz} ({line.frequency / nominal:.2f} times the {nominal:.3g}{hertz} of the nominal "
+                "stiffness): friction that depends on velocity shifts it, or the effective inertia is "
                 f"{1 / ratio**2:.2f} of the mass {o.mass:g}"
             )
     excess, excess_error = restoring_excess(friction)
@@ -274,15 +260,10 @@ def inertia(friction: Friction, rig: Rig, slow: float, line: Line) -> list[str]:
             "stiffness is in all forces k x and in no error given here"
         )
     likeliest, error = likeliest_inertia(friction)
-    unit = "" if rig.unit == "1" else f"{rig.units.mass} "
     if math.isfinite(likeliest) and abs(likeliest - o.mass) > max(3 * error, 0.15 * o.mass):
         notes.append(
             f"the inertia that makes the friction force of the slips smoothest is {likeliest / o.mass:.2f} +- "
-            f"{error / o.mass:.2f} times the {o.mass:g} {unit}used here (a law that is steep in w shifts this; "
-            f"rig: effective_mass sets another)"
+            f"{error / o.mass:.2f} times the {o.mass:g}{unit_suffix(rig.units.mass)} used here (a law that is steep in w "
+            f"shifts this; rig: effective_mass sets another)"
         )
     return notes
-
-
-def _length(rig: Rig) -> str:
-    return f" {rig.units.length}".removesuffix(" 1")

@@ -7,12 +7,14 @@ import math
 import numpy as np
 import xarray as xr
 
-from stickslip.measurement.force import Friction, Release
-from stickslip.measurement.sticks import Stick
+from stickslip.measurement.indirect.force import Friction, Release
+from stickslip.measurement.indirect.sticks import Stick
+from stickslip.measurement.result import event_table
+from stickslip.measurement.rigs.rig import RigUnits
 
 
-def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
-    """One row for each stick whose end lies inside the record and is sure.
+def break_aways(friction: Friction, sticks: list[Stick], units: RigUnits) -> xr.Dataset:
+    """One row for each stick whose end lies inside the record and is sure, in these units.
 
     Returns
     -------
@@ -28,7 +30,7 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
     rows: list[list[float]] = []
     ends = np.array([stick.end for stick in sticks if stick.ends and stick.sure])
     if len(ends) == 0:
-        return _table(np.zeros((0, 10)))
+        return event_table([], units.force, units.time)
     terms = {0: -o.stiffness, 1: -o.damping}
     level_error = friction.fit.deviation(ends, terms, friction.noise)
     path, slip = friction.fit.evaluate(ends, 0), friction.fit.evaluate(ends, 1)
@@ -70,7 +72,7 @@ def break_aways(friction: Friction, sticks: list[Stick]) -> xr.Dataset:
                 math.sqrt(2) * force_error,
             ]
         )
-    return _table(np.array(rows))
+    return event_table(rows, units.force, units.time)
 
 
 def _slope(friction: Friction, a: int, b: int) -> tuple[float, float]:
@@ -85,12 +87,3 @@ def _slope(friction: Friction, a: int, b: int) -> tuple[float, float]:
     # what bends away from the line counts once per stick, not once per sample
     corner = float(np.std(f - f.mean() - slope * t)) / (t[-1] - t[0])
     return slope, math.hypot(noise / math.sqrt(square), corner)
-
-
-def _table(rows: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> xr.Dataset:
-    names = {"t": "s", "stick_time": "s", "force_rate": "N/s", "force": "N", "drop": "N"}
-    table = xr.Dataset()
-    for i, (name, unit) in enumerate(names.items()):
-        table[name] = ("event", rows[:, 2 * i], {"units": unit})
-        table[f"{name}_error"] = ("event", rows[:, 2 * i + 1], {"units": unit})
-    return table

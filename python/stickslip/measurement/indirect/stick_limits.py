@@ -13,8 +13,8 @@ import numpy.typing as npt
 from scipy.linalg import LinAlgError
 from scipy.optimize import minimize, minimize_scalar
 
+from stickslip.measurement.indirect.sticks import Stick, own_period
 from stickslip.measurement.signals.slip_evidence import Evidence, SlipModel, integrated_evidence
-from stickslip.measurement.sticks import Stick, own_period
 
 Array = npt.NDArray[np.float64]
 

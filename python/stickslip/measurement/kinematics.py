@@ -13,7 +13,7 @@ import xarray as xr
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
-from stickslip.measurement.friction import measure_record
+from stickslip.measurement.indirect.method import measure_indirectly
 from stickslip.measurement.instruments import Bench
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import as_record
@@ -122,14 +122,14 @@ def _move(source: Any, rig: Rig, method: str, cutoff: float | None) -> _Moved:
     if method == "pieces":
         if cutoff is not None:
             raise InputError('motion: method = "pieces" chooses its own cut-off; leave cutoff out')
-        friction, notes = measure_record(record, rig)
-        fit, o = friction.fit, friction.fit.oscillator
+        found = measure_indirectly(record, rig)
+        friction, fit = found.friction, found.friction.fit
         positions = np.unique(np.concatenate(fit.knots))
         errors = [
-            np.interp(record.time, positions, fit.deviation(positions, {d: 1.0}, friction.noise)) for d in range(3)
+            np.interp(friction.time, positions, fit.deviation(positions, {d: 1.0}, friction.noise)) for d in range(3)
         ]
         # the force error also knows that a sample may lie on the other side of an event
-        errors[2] = np.maximum(errors[2], friction.force_error / o.mass)
+        errors[2] = np.maximum(errors[2], friction.force_error / fit.oscillator.mass)
         smooth = Smooth(
             friction.extension,
             friction.velocity,
@@ -140,7 +140,7 @@ def _move(source: Any, rig: Rig, method: str, cutoff: float | None) -> _Moved:
             friction.cutoff.get("slip", friction.cutoff.get("creep", float("nan"))),
             friction.noise,
         )
-        return _Moved(record.time, smooth, friction.stuck, tuple(notes), record.source)
+        return _Moved(friction.time, smooth, friction.stuck, tuple(found.notes), record.source)
     x = (record.signal - rig.rest) * rig.force_unit
     if rig.instrument == "spring_force":
         x = x / rig.stiffness

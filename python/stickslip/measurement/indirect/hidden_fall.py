@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import logsumexp
 
-from stickslip.measurement.force import Friction, Release
+from stickslip.measurement.indirect.force import Friction, Release
+from stickslip.measurement.indirect.stick_limits import FEW
+from stickslip.measurement.indirect.sticks import Stick, own_period
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
-from stickslip.measurement.stick_limits import FEW
-from stickslip.measurement.sticks import Stick, own_period
 
 Array = npt.NDArray[np.float64]
 

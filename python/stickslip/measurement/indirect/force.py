@@ -12,8 +12,8 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 from scipy.special import erfc
 
-from stickslip.measurement.signals.piecewise_fit import Kind, OscillatorConstants, Part, PiecewiseFit
-from stickslip.measurement.sticks import Stick, cutoff_limits, own_period
+from stickslip.measurement.indirect.sticks import Stick
+from stickslip.measurement.signals.piecewise_fit import Part, PiecewiseFit
 
 Array = npt.NDArray[np.float64]
 
@@ -81,55 +81,13 @@ class Friction:
     low_pass: float = 0.0
     added: dict[float, tuple[float, float]] = field(default_factory=dict)
 
+    def with_common_error(self, error: float) -> Friction:
+        """With another standard error that all its forces share."""
+        return replace(self, common=math.hypot(self.common, error), force_error=np.hypot(self.force_error, error))
 
-def fit_pieces(
-    time: Array,
-    extension: Array,
-    weight: Array,
-    sticks: list[Stick],
-    rigid: bool,
-    oscillator: OscillatorConstants,
-    knots: float,
-    together: float = 1.0,
-) -> PiecewiseFit:
-    """Fit the record in pieces that end at the limits of the sticks, each part with its likeliest cut-off."""
-    period = own_period(oscillator)
-    rest: Kind = "rigid" if rigid else "creep"
-    breaks: list[float] = [float(time[0])]
-    kinds: list[Kind] = []
-    for stick in sticks:
-        if stick.starts:
-            kinds.append("slip")
-            breaks.append(stick.start)
-        kinds.append(rest)
-        if stick.ends:
-            breaks.append(stick.end)
-    if not sticks or sticks[-1].ends:
-        kinds.append("slip")
-    breaks.append(float(time[-1]))
-    path = oscillator.drive_velocity * (time - time[0]) - extension
-    fit = PiecewiseFit(
-        time,
-        path,
-        weight,
-        np.array(breaks),
-        list(kinds),
-        oscillator,
-        slip_knots=knots,
-        creep_knots=max(period / 20, knots),
-        together=together,
-    )
-    cutoff: dict[Part, float] = {}
-    slip_limits = cutoff_limits(oscillator, fit.step, knots)
-    creep_limits = (0.01 / period, slip_limits[1] / 2)
-    if "slip" in kinds:
-        cutoff["slip"] = math.sqrt(slip_limits[0] * slip_limits[1])
-    if "creep" in kinds:
-        cutoff["creep"] = 0.3 / period
-        cutoff["creep"] = fit.best_cutoff("creep", creep_limits, {k: v for k, v in cutoff.items() if k != "creep"})
-    if "slip" in kinds:
-        cutoff["slip"] = fit.best_cutoff("slip", slip_limits, {k: v for k, v in cutoff.items() if k != "slip"})
-    return fit.solve(cutoff)
+    def with_late_error(self, error: float) -> Friction:
+        """With another standard error that the times of all break-aways share."""
+        return replace(self, late=math.hypot(self.late, error))
 
 
 def friction_force(fit: PiecewiseFit, sticks: list[Stick]) -> Friction:

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.measurement.consistency import MOSTLY_SLOW
-from stickslip.measurement.regime import regime, slow_share
-from stickslip.measurement.rigs.rig import Rig
-from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
-from stickslip.measurement.signals.spectra import Line, main_line
-from stickslip.measurement.sticks import (
-    Flanks,
-    Presmoothed,
+from stickslip.files.units import unit_suffix
+from stickslip.measurement.indirect.consistency import MOSTLY_SLOW
+from stickslip.measurement.indirect.draft import Draft
+from stickslip.measurement.indirect.sticks import (
     Stick,
     StickSlope,
     creeping_sticks,
@@ -25,6 +21,8 @@ from stickslip.measurement.sticks import (
     rigid_slope,
     stick_slope,
 )
+from stickslip.measurement.regime import regime, slow_share
+from stickslip.measurement.rigs.rig import Rig
 
 Array = npt.NDArray[np.float64]
 
@@ -34,58 +32,6 @@ SPRING_MISTAKEN = 0.2
 """So far the stiffness of a spring, or the scale of its instrument, may be off."""
 LINE_MISTAKEN = 0.05
 """So far the resonance may lie from sqrt(k/m)/2pi and still speak for this stiffness."""
-
-
-@dataclass(frozen=True)
-class Draft:
-    """A record on its way to friction: its samples, the constants they are read with, and where it may stick.
-
-    Attributes
-    ----------
-    time, extension, weight : (n,).
-    oscillator : m, D, k, V.
-    noise : standard deviation of the samples of x.
-    presmoothed, flanks : a first smooth reading, and the stretches on which the spring is wound up.
-    rigid : whether the mass rests while it sticks, to within the noise.
-    together : samples that count as one; `noise` is that of white noise of the same density.
-    """
-
-    time: Array
-    extension: Array
-    weight: Array
-    oscillator: OscillatorConstants
-    noise: float
-    presmoothed: Presmoothed
-    flanks: Flanks
-    rigid: bool
-    together: float = 1.0
-
-    @property
-    def step(self) -> float:
-        """Sampling interval in s."""
-        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
-
-    def line(self, acceleration: Array, rate: float = 0.0) -> Line:
-        """Main line of an acceleration at the times of the record; `rate` as of :func:`main_line`."""
-        even = np.linspace(self.time[0], self.time[-1], len(self.time))
-        return main_line(np.interp(even, self.time, acceleration), self.step, rate=rate)
-
-    def with_stiffness(self, ratio: float) -> Draft:
-        """The same spring forces by another stiffness."""
-        presmoothed = self.presmoothed
-        return replace(
-            self,
-            oscillator=replace(self.oscillator, stiffness=self.oscillator.stiffness * ratio),
-            extension=self.extension / ratio,
-            noise=self.noise / ratio,
-            presmoothed=replace(
-                presmoothed,
-                extension=presmoothed.extension / ratio,
-                rate=presmoothed.rate / ratio,
-                rate_error=presmoothed.rate_error / ratio,
-                noise=self.noise / ratio,
-            ),
-        )
 
 
 def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: Rig) -> tuple[Draft, list[str]]:
@@ -127,10 +73,11 @@ def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: 
     elif spring and slow < MOSTLY_SLOW:
         line = draft.line(np.gradient(draft.presmoothed.rate, draft.time))
         likely = math.sqrt(ratio * o.stiffness / o.mass) / (2 * math.pi)
+        hertz = unit_suffix(rig.units.frequency)
         if abs(line.frequency / likely - 1) > max(LINE_MISTAKEN, 3 * line.error / likely):
             refused = (
-                f"as the resonance line at {line.frequency:.3g} +- {line.error:.2g} Hz does not agree with that "
-                f"({likely:.3g} Hz)"
+                f"as the resonance line at {line.frequency:.3g} +- {line.error:.2g}{hertz} does not agree with that "
+                f"({likely:.3g}{hertz})"
             )
     if refused:
         return draft, [f"{seen}: the {kept.replace('_', ' ')} of the rig was kept, {refused}"]
@@ -171,7 +118,7 @@ def another_drive_velocity(draft: Draft, rig: Rig) -> list[str]:
     slow = _slow_if_stuck(replace(draft, rigid=rigid), slope.value, trial)
     if slow is None or slow < MOSTLY_SLOW:
         return []
-    unit = f" {rig.units.speed}".removesuffix(" 1")
+    unit = unit_suffix(rig.units.speed)
     return [
         f"no sticks were found at the drive_velocity of {stated:g}{unit}, but this record sticks {100 * slow:.0f} % of the "
         f"time if the drive moves at {slope.value:.3g}{unit}: correct drive_velocity, unit or stiffness in the rig"
@@ -189,5 +136,5 @@ def _slow_if_stuck(draft: Draft, speed: float, candidates: list[Stick]) -> float
     lasting = [stick.end - stick.start for stick in sticks]
     w = speed - draft.presmoothed.rate
     slow = slow_share(w, speed, draft.noise, draft.step, lasting)
-    word = regime(w, speed, *slow, 0.0, draft.rigid, len(sticks), len(draft.flanks.limits))
+    word = regime(w, speed, *slow, 0.0, draft.rigid, len(sticks), len(draft.flanks.limits)).kind
     return slow[0] if word == "stick_slip" else None
