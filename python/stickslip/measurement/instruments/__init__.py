@@ -6,7 +6,7 @@ A new instrument is a function from samples in SI to a friction tree, its channe
 from __future__ import annotations
 
 from stickslip.measurement.instruments.cylinder import CYLINDER
-from stickslip.measurement.instruments.direct_force import DIRECT_FORCE
+from stickslip.measurement.instruments.direct_force.direct_force import DIRECT_FORCE
 from stickslip.measurement.instruments.event_list import EVENT_LIST
 from stickslip.measurement.instruments.force_log import FORCE_LOG
 from stickslip.measurement.instruments.free_decay import FREE_DECAY

@@ -15,8 +15,8 @@ from stickslip.measurement.indirect.sticks import turning_points
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
 from stickslip.measurement.instruments.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
-from stickslip.measurement.signals.clocks import LEAST_SAMPLES as LEAST_PICTURES
-from stickslip.measurement.signals.clocks import spring_offset
+from stickslip.measurement.signals.clock_offset import LEAST_SAMPLES as LEAST_PICTURES
+from stickslip.measurement.signals.clock_offset import spring_offset
 
 Array = npt.NDArray[np.float64]
 
@@ -100,7 +100,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         elif ratio < 1 - max(2 * error, AS_STATED):
             words += ": what is missing is creep and small slips within a stick, or the rig is wrong by that"
         notes.append(words)
-    events = event_table(rows)
+    unit = record.units["force"]
+    events = event_table(rows, unit)
     facts: dict[str, float | str] = {"slips": float(len(rows))}
     facts |= {name: value for name, value in (("stiffness", stiffness), ("drive_velocity", drive)) if value is not None}
     if len(rows) > 2:
@@ -125,8 +126,8 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         tables["film"] = _join(record, record.companion, bench, events, notes, facts)
     series: dict[str, tuple[npt.NDArray[np.generic], str]] = {
         "time": (time, "s"),
-        "force": (force, "N"),
-        "force_error": (np.full(len(force), resolution / np.sqrt(12)), "N"),
+        "force": (force, unit),
+        "force_error": (np.full(len(force), resolution / np.sqrt(12)), unit),
         "stuck": (stuck, "1"),
     }
     return friction_tree(
@@ -159,8 +160,8 @@ def _join(
         f"are one spring of {found.stiffness:.4g} +- {stiffness_error:.2g} N/m to {found.residual:.2g} N rms; "
         + ("this was used" if given is None else f"the rig says {given:g} s, which was used"),
     ]
-    if given is not None and abs(given - found.value) > 3 * found.error:
-        notes.append("the offset of the rig contradicts the records: look at both")
+    if given is not None:
+        notes += found.contradiction(given)
     time = film.time + offset
     step = float(np.median(np.diff(log.time)))
     for start in events["t"].to_numpy():
