@@ -14,7 +14,7 @@ from scipy import stats
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
-from stickslip.identification import compare_laws, friction_of_orbit, identify, law_fit
+from stickslip.identification import compare_laws, friction_of_orbit, identify, law_forms
 from stickslip.identification.guesses import evidence, first_guess
 from stickslip.identification.selection import comparison
 from stickslip.laws.numbers import value
@@ -69,7 +69,7 @@ def test_a_comparison_fits_no_law_that_a_part_cannot_tell_and_static_friction_on
 
         return call
 
-    for module in (law_fit, comparison):
+    for module in (law_forms, comparison):
         monkeypatch.setattr(module, "fit_forces", counted(module.fit_forces, fitted))
     monkeypatch.setattr(evidence, "fit_static_friction", counted(evidence.fit_static_friction, static))
     found = compare_laws(records, ["Coulomb", "StaticKinetic", "DwellTime", "PiecewiseLinear"], pieces=2)

@@ -17,7 +17,7 @@ from stickslip.cli import identify as command
 from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import friction_of_orbit, records
-from stickslip.identification.law_fit import Options
+from stickslip.identification.fit_options import Options
 from stickslip.measurement import measure
 
 ROWS = np.linspace(1.0, 9.0, 9)

@@ -14,7 +14,7 @@ import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify, sensitivity
-from stickslip.identification.law_fit import undecided
+from stickslip.identification.law_fit_notes import notes_on_uncertain_numbers
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import read_records
 from stickslip.identification.trajectory import single_shooting
@@ -371,10 +371,10 @@ def test_numbers_that_make_no_law_are_farther_than_any_motion():
     assert fit.cost(np.append(here, shift)) < fit.cost(wild) < fit.cost(barred) < np.inf
 
 
-def test_what_a_fit_of_motions_tells_is_no_longer_called_undecided(first):
+def test_what_a_fit_of_motions_tells_is_no_longer_called_notes_on_uncertain_numbers(first):
     alike = first.covariance.copy()
     alike.iloc[0, 1] = alike.iloc[1, 0] = 0.995 * np.sqrt(np.diag(alike)).prod()
-    told = undecided(first.parameters, alike)
+    told = notes_on_uncertain_numbers(first.parameters, alike)
     found = fit_trajectories(replace(first, covariance=alike, notes=[*told, "kept"]), settled_after=0.0, starts=1)
     assert len(told) == 1
     assert "are hardly told apart (correlation 0.995)" in told[0]

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.files.disk import write_text
+from stickslip.files.units import unit_suffix
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.records import FrictionRecord
@@ -71,7 +72,7 @@ class Identification(Result):
     def force_unit(self) -> str:
         """The unit of friction as it stands behind a number."""
         unit = self.records[0].units.get("force", "1") if self.records else "1"
-        return "" if unit == "1" else f" {unit}"
+        return unit_suffix(unit)
 
     def residuals(self, record: int = 0) -> pd.DataFrame:
         """Measured and predicted friction of one record while it slips.

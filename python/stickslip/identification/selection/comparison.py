@@ -17,11 +17,12 @@ from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable, waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import half_width
+from stickslip.identification.fit_options import Options
 from stickslip.identification.guesses.evidence import BreakAways, Guess
 from stickslip.identification.guesses.first_guess import GUESSES
 from stickslip.identification.kinetic.force_fit import fit_forces
 from stickslip.identification.kinetic.force_residuals import OFFSET, Problem
-from stickslip.identification.law_fit import LawFit, Options
+from stickslip.identification.law_fit import LawFit
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.static.rows import break_away_rows, is_relative

@@ -14,10 +14,11 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.threads import one_thread
+from stickslip.identification.fit_options import Options
 from stickslip.identification.guesses.evidence import BreakAways
 from stickslip.identification.kinetic.velocity_step import fit_velocity_step
 from stickslip.identification.kinetic.velocity_step_fits import LEAST_STEPS, fit_velocity_steps
-from stickslip.identification.law_fit import Options, fit_law
+from stickslip.identification.law_fit import fit_law
 from stickslip.identification.records import FrictionRecord, opened, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.piece_count import choose_pieces
@@ -25,7 +26,7 @@ from stickslip.identification.static.caveats import OF_STICK_TIME, unlike
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.identification.static.rows import one_rate
 from stickslip.identification.static.static_fit import fit_static_friction
-from stickslip.identification.steady.steady import fit_steady
+from stickslip.identification.steady.steady_fit import fit_steady
 from stickslip.laws import (
     Combined,
     Coulomb,

@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from stickslip.errors import InputError
-from stickslip.identification.law_fit import Options, check_kind, fit_law
+from stickslip.identification.fit_options import Options
+from stickslip.identification.law_fit import check_kind, fit_law
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.comparison import COUNTED, WHOLE, folds, held_back, ranked

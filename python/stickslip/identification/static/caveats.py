@@ -52,7 +52,7 @@ def tied(rows: pd.DataFrame) -> list[str]:
     if one_rate(known):
         return [
             f"All break-aways come at nearly one force rate ({math.exp(float(np.median(rate))):.3g}"
-            f"{of_unit(rows, 'force time^-1')}, one drive velocity): stick time and force rate cannot be told "
+            f"{unit_behind(rows, 'force time^-1')}, one drive velocity): stick time and force rate cannot be told "
             "apart, and the growth holds at that rate only."
         ]
     correlation = float(np.corrcoef(time, rate)[0, 1])
@@ -132,7 +132,8 @@ def weaker(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
         ]
     shortest, longest = log(ends)
     return [
-        f"Break-away forces fall by {shortest - longest:.2g}{of_unit(rows, 'force')} from the shortest stick to the longest."
+        f"Break-away forces fall by {shortest - longest:.2g}{unit_behind(rows, 'force')} from the shortest stick to the "
+        "longest."
         " Rest makes nothing weaker: it is the force rate, or something else that differs between the records, and static "
         "friction is taken as constant. Records in which stick time and force rate differ apart from each other tell."
     ]
@@ -201,7 +202,7 @@ def undetermined(fits: Mapping[str, StaticFit]) -> list[str]:
     ]
 
 
-def of_unit(rows: pd.DataFrame, dimension: str) -> str:
+def unit_behind(rows: pd.DataFrame, dimension: str) -> str:
     """The unit of a force, a time or a force rate of these break-aways behind a number; nothing where it is not known."""
     units = rows.attrs.get("units", {})
     if "force" not in units or units["force"] == units.get("time", "1") == "1":

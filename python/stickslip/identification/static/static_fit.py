@@ -20,10 +20,10 @@ from stickslip.identification.records import read_records
 from stickslip.identification.static.caveats import (
     drift,
     loading_line,
-    of_unit,
     threshold,
     tied,
     undetermined,
+    unit_behind,
     unlike,
     weaker,
     without_growth,
@@ -71,7 +71,7 @@ class StaticFrictionFit(Result):
 
     def _units(self, dimension: str) -> str | None:
         # behind a number nothing stands where it is dimensionless; on an axis that is a word
-        return of_unit(self.rows, dimension).strip() or self.rows.attrs.get("units", {}).get("force")
+        return unit_behind(self.rows, dimension).strip() or self.rows.attrs.get("units", {}).get("force")
 
     @property
     def alternatives(self) -> list[str]:
@@ -94,8 +94,8 @@ class StaticFrictionFit(Result):
                 "be extrapolated beyond the rests of the record; rests of other lengths tell them apart."
             ]
         return [
-            f"{alike} After a rest of {longest:.3g}{of_unit(self.rows, 'time')}, ten times the longest, they have with "
-            f"their fitted numbers {min(forces):.4g} to {max(forces):.4g}{of_unit(self.rows, 'force')}; rests of other "
+            f"{alike} After a rest of {longest:.3g}{unit_behind(self.rows, 'time')}, ten times the longest, they have with "
+            f"their fitted numbers {min(forces):.4g} to {max(forces):.4g}{unit_behind(self.rows, 'force')}; rests of other "
             "lengths tell them apart."
         ]
 

@@ -16,7 +16,7 @@ from stickslip.files.checks import number
 from stickslip.files.notebook import waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import Inseparable
-from stickslip.identification.law_fit import undecided
+from stickslip.identification.law_fit_notes import notes_on_uncertain_numbers
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Checkpoint
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
@@ -201,7 +201,7 @@ def _result(
         if at
     ]
     # What the first fit left undecided, the motions may have told.
-    before = undecided(first.parameters, first.covariance)
+    before = notes_on_uncertain_numbers(first.parameters, first.covariance)
     return replace(
         first,
         law=free.law(laid.numbers),
@@ -212,7 +212,7 @@ def _result(
         command=" ".join([first.command, *options]),
         notes=[
             *(note for note in first.notes if note not in before),
-            *undecided(parameters, full),
+            *notes_on_uncertain_numbers(parameters, full),
             *notes,
             *laid.notes,
         ],
