@@ -54,7 +54,7 @@ def test_the_check_of_readers_can_fail(monkeypatch):
     def broken(*_):
         raise KeyError("unseen")
 
-    monkeypatch.setitem(readers.TARGETS, "look", readers.Target(readers.looks, ".look", broken))
+    monkeypatch.setitem(readers.TARGETS, "look", readers.Target(readers.whole_inputs.looks, ".look", broken))
     outcomes = []
     readers.several("look", 1, 0, 2, lambda *told: outcomes.append(told[0]))
     assert outcomes == ["KeyError", "KeyError"]
@@ -132,7 +132,7 @@ def test_a_small_picture_that_claims_all_memory_is_refused(tmp_path):
 def test_what_is_read_apart_is_what_xarray_reads(tmp_path):
     for i, name in enumerate(("orbit", "friction", "motion")):
         path = tmp_path / f"{i}.nc"
-        path.write_bytes(readers.whole_inputs(name)[-1])
+        path.write_bytes(readers.inputs_of(name)[-1])
         with xr.open_datatree(path, engine="h5netcdf") as tree:
             xr.testing.assert_identical(read_tree(path), tree.load())
 
@@ -202,11 +202,11 @@ def test_fields_of_structures_are_columns_and_segments_are_taken_one_by_one(tmp_
 
 
 def test_a_look_file_of_32_column_heads_is_read_and_other_lengths_are_refused(tmp_path):
-    for i, content in enumerate(readers.looks()):
+    for i, content in enumerate(readers.whole_inputs.looks()):
         path = tmp_path / f"{i}.look"
         path.write_bytes(content)
         columns = read_columns(path, Layout(format="look"))
-        np.testing.assert_array_equal(columns["x"], readers.X.astype("f4"))
+        np.testing.assert_array_equal(columns["x"], readers.whole_inputs.X.astype("f4"))
         path.write_bytes(content + bytes(4))
         with pytest.raises(
             ss.InputError, match="the header promises columns of 120 rows, 2340 or 3684 bytes with 16 or 32"
@@ -226,7 +226,7 @@ def test_a_look_file_of_32_column_heads_is_read_and_other_lengths_are_refused(tm
 )
 def test_a_rig_with_a_list_for_a_word_is_refused(change, words):
     with pytest.raises(ss.InputError, match=words):
-        load_rig(readers.RIG | change)
+        load_rig(readers.reading.RIG | change)
 
 
 @pytest.mark.parametrize(
