@@ -326,6 +326,8 @@ def test_a_number_that_does_not_act_begins_anew_and_all_do_where_that_makes_no_l
     mended = problem.at(_acting_again(problem, found, problem.numbers(law)))
     assert [mended.break_away, mended.kinetic, mended.scale] == pytest.approx([0.8, 0.8, 0.2])
     # a break-away force that does not act would come back below the kinetic force that was found
-    monkeypatch.setattr("stickslip.identification.kinetic.force_fit.acting", lambda _: np.array([False, True, True]))
+    monkeypatch.setattr(
+        "stickslip.identification.kinetic.force_fit.has_effect", lambda _: np.array([False, True, True])
+    )
     low = problem.numbers(replace(law, break_away=0.75))
     assert _acting_again(problem, found, low) is low

@@ -139,7 +139,7 @@ def test_differences_tell_numbers_apart_that_act_nearly_alike(monkeypatch):
 def test_slopes_that_the_misfit_contradicts_are_not_trusted(first, monkeypatch, factor, rise):
     misfits = [MotionMisfit(item, 0.0) for item in first.records]
     fit = SingleShooting(misfits, LawParameters(first.law, ["break_away", "kinetic"]))
-    fit.lay(np.zeros(2))
+    fit.refine(np.zeros(2))
     fit.finish()
     slopes = fit.slopes
     monkeypatch.setattr(fit, "slopes", lambda at, share=1.0: factor * slopes(at, share))
@@ -203,20 +203,20 @@ def test_options_that_make_no_sense_are_refused(first, options, sentence):
 
 def test_an_interrupted_search_leaves_its_best_law_and_goes_on_from_it(first, refined, tmp_path, monkeypatch):
     path = tmp_path / "law.unfinished.toml"
-    lay = SingleShooting.lay
+    refine = SingleShooting.refine
 
     def stop_after_one(self, numbers):
-        lay(self, numbers)
+        refine(self, numbers)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(SingleShooting, "lay", stop_after_one)
+    monkeypatch.setattr(SingleShooting, "refine", stop_after_one)
     with pytest.raises(KeyboardInterrupt):
         fit_trajectories(first, settled_after=0.0, checkpoint=path)
     best = ss.load_law(path)
     assert best.kinetic == pytest.approx(0.6, abs=1e-3)
     assert "Unfinished" in tomllib.loads(path.read_text())["source"]["notes"][0]
-    # Going on takes the start that is done from the file: nothing is laid anew, as only noise was left.
-    monkeypatch.setattr(SingleShooting, "lay", lambda *_: pytest.fail("begun anew"))
+    # Going on takes the start that is done from the file: nothing is refined anew, as only noise was left.
+    monkeypatch.setattr(SingleShooting, "refine", lambda *_: pytest.fail("begun anew"))
     found = fit_trajectories(first, settled_after=0.0, checkpoint=path)
     np.testing.assert_allclose(found.parameters["value"], refined.parameters["value"], rtol=1e-7)
     assert not path.exists()
@@ -225,13 +225,13 @@ def test_an_interrupted_search_leaves_its_best_law_and_goes_on_from_it(first, re
 def test_command_says_where_an_interrupted_search_is_kept(friction, tmp_path, monkeypatch, capsys):
     path, law = tmp_path / "friction.nc", tmp_path / "law.toml"
     friction[1].to_netcdf(path, engine="h5netcdf")
-    lay = SingleShooting.lay
+    refine = SingleShooting.refine
 
     def stop_after_one(self, numbers):
-        lay(self, numbers)
+        refine(self, numbers)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(SingleShooting, "lay", stop_after_one)
+    monkeypatch.setattr(SingleShooting, "refine", stop_after_one)
     assert main(["identify", str(path), "--law", "StaticKinetic", "--trajectories", "-o", str(law)]) == 130
     assert "law.unfinished.toml; the same command goes on from it" in capsys.readouterr().err
     assert [item.name for item in tmp_path.glob("*.toml")] == ["law.unfinished.toml"]
@@ -390,6 +390,6 @@ def test_a_tie_that_the_motions_contradict_is_named(level, said):
     items = read_records([record(law, s, 0.05, t_end=200.0) for s in (0.1, 0.3)])
     names, ties = ["kinetic.break_away", "static.growth"], {"static.kinetic": "kinetic.break_away"}
     fit = SingleShooting([MotionMisfit(item, 0.0) for item in items], LawParameters(law, names, ties))
-    fit.lay(np.zeros(2))
+    fit.refine(np.zeros(2))
     notes = " ".join(fit.finish().notes)
     assert ("The motions contradict that static.kinetic follows kinetic.break_away" in notes) == said

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import stickslip as ss
 from stickslip.identification import fit_velocity_step, fit_velocity_steps
-from stickslip.identification.kinetic.step_search import undetermined, with_limits
+from stickslip.identification.kinetic.step_search import is_undetermined, with_limits
 from stickslip.measurement import measure
 
 RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
@@ -269,6 +269,8 @@ def test_a_displacement_of_the_sample_is_told_from_that_of_the_load_point() -> N
 def test_a_number_without_effect_or_at_its_limit_is_not_determined() -> None:
     jacobian = np.column_stack([np.ones(9), np.zeros(9), np.ones(9)])
     reach = np.array([4.0, 4.0, 0.3])
-    lost = undetermined(jacobian, np.linspace(-0.1, 0.1, 9), np.array([0.0, 0.0, -0.3]), reach)
-    assert lost.tolist() == [False, True, True]
-    np.testing.assert_allclose(np.diag(with_limits(np.diag([1e-4, 0.0, 1e-9]), reach, lost)), [1e-4, 16.0, 0.09])
+    undetermined = is_undetermined(jacobian, np.linspace(-0.1, 0.1, 9), np.array([0.0, 0.0, -0.3]), reach)
+    assert undetermined.tolist() == [False, True, True]
+    np.testing.assert_allclose(
+        np.diag(with_limits(np.diag([1e-4, 0.0, 1e-9]), reach, undetermined)), [1e-4, 16.0, 0.09]
+    )

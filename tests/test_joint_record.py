@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.identification import fit_steady
-from stickslip.identification.steady.steady_rows import LeftOut, rows_of, said_left_out
+from stickslip.identification.steady.steady_rows import LeftOut, notes_on_left_out, rows_of
 
 first_records = script("first_records")
 
@@ -184,11 +184,11 @@ def test_samples_left_out_of_several_records_are_one_sentence(joint: xr.DataTree
     slow = joint.copy(deep=True)
     slow["slip_velocity_error"][:] *= 10
     lost = [rows_of(tree, name)[2] for name, tree in {"one": joint, "two": slow, "three": joint}.items()]
-    (said,) = said_left_out(lost)
+    (said,) = notes_on_left_out(lost)
     assert said.startswith("3 records: of 13500 samples these were left out: ")
     assert sum(map(int, re.findall(r"(\d+) up to w = ", said))) == sum(record.count for record in lost)
     assert "The largest share is that of two, " in said
-    assert said_left_out([LeftOut("one", 7, {})]) == []
+    assert notes_on_left_out([LeftOut("one", 7, {})]) == []
 
 
 def test_a_joint_without_sticks_gets_curves_each_way_by_the_name_of_the_law(joint: xr.DataTree) -> None:

@@ -12,7 +12,7 @@ from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.steady.curve_fit import linear_losses
 from stickslip.identification.steady.curves import Rows
-from stickslip.identification.steady.misfit import PART, SURE, behind
+from stickslip.identification.steady.misfit import PART, SURE, predicts_worse
 from stickslip.identification.steady.steady_rows import beside_sticks
 from stickslip.laws import Law
 
@@ -136,7 +136,7 @@ def _force_of_the_position(problem: Problem, law: Law, offset: float) -> list[st
         levels = np.stack([sense, np.ones(w.size)], axis=1)
         of_position = np.stack([np.sin(x), np.cos(x)] if turning else [x - x.mean()], axis=1)
         alone, beside = (linear_losses(rows, part) for part in (levels, np.hstack([levels, of_position])))
-        if not behind(rows, alone, beside, SURE, PART):
+        if not predicts_worse(rows, alone, beside, SURE, PART):
             continue
         share = 1 - float(beside.mean() / alone.mean())
         force = (

@@ -19,6 +19,7 @@ from stickslip.files.disk import toml_table
 from stickslip.files.netcdf import read_tree
 from stickslip.files.notebook import InNotebook
 from stickslip.measurement.result import stated_notes
+from stickslip.measurement.signals.sample_runs import runs_of
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -95,8 +96,7 @@ class FrictionRecord(InNotebook):
     @cached_property
     def slips(self) -> list[tuple[int, int]]:
         """First and one past the last sample of each slip."""
-        edges = np.flatnonzero(np.diff(np.concatenate([[True], self.stuck, [True]]).astype(int)))
-        return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+        return runs_of(~self.stuck)
 
     @property
     def rig(self) -> dict[str, Any]:

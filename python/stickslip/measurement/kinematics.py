@@ -28,7 +28,7 @@ METHODS = ("pieces", "spline", "savitzky_golay", "kalman")
 
 
 @dataclass(frozen=True)
-class _Moved:
+class _SmoothMotion:
     time: Array
     smooth: Smooth
     stuck: npt.NDArray[np.bool_]
@@ -78,8 +78,8 @@ def motion(
     >>> t = np.linspace(0, 40, 1001)
     >>> rig = Rig(instrument="displacement", column="x", unit="1", stiffness=1, mass=1, drive_velocity=1.0)
     >>> x = 0.7 * np.sin(t) + 1e-3 * np.random.default_rng(0).standard_normal(1001)
-    >>> moved = motion({"t": t, "x": x}, rig)
-    >>> bool(np.abs(moved["a"] + 0.7 * np.sin(t)).max() < 0.05)
+    >>> found = motion({"t": t, "x": x}, rig)
+    >>> bool(np.abs(found["a"] + 0.7 * np.sin(t)).max() < 0.05)
     True
     """
     if method not in METHODS:
@@ -102,9 +102,10 @@ def motion(
         rigs = [spring] * len(masses or {})
     if masses is None:
         assert isinstance(spring, Rig)
-        return _data(_move(record, spring, method, cutoff), spring, method)
+        return _data(_smooth_motion(record, spring, method, cutoff), spring, method)
     parts = [
-        _data(_move(one, own, method, cutoff), own, method) for one, own in zip(masses.values(), rigs, strict=True)
+        _data(_smooth_motion(one, own, method, cutoff), own, method)
+        for one, own in zip(masses.values(), rigs, strict=True)
     ]
     if len(parts) == 1:
         return parts[0]
@@ -117,7 +118,7 @@ def motion(
     return together.transpose("time", "mass", ...)
 
 
-def _move(source: Any, rig: Rig, method: str, cutoff: float | None) -> _Moved:
+def _smooth_motion(source: Any, rig: Rig, method: str, cutoff: float | None) -> _SmoothMotion:
     record = as_record(source, rig)
     if method == "pieces":
         if cutoff is not None:
@@ -140,7 +141,7 @@ def _move(source: Any, rig: Rig, method: str, cutoff: float | None) -> _Moved:
             friction.cutoff.get("slip", friction.cutoff.get("creep", float("nan"))),
             friction.noise,
         )
-        return _Moved(friction.time, smooth, friction.stuck, tuple(found.notes), record.source)
+        return _SmoothMotion(friction.time, smooth, friction.stuck, tuple(found.notes), record.source)
     x = (record.signal - rig.rest) * rig.force_unit
     if rig.instrument == "spring_force":
         x = x / rig.stiffness
@@ -155,12 +156,12 @@ def _move(source: Any, rig: Rig, method: str, cutoff: float | None) -> _Moved:
             else jerk_spline(record.time, x, record.weight, cutoff)
         )
     warned = (*record.notes, "this smoother knows no events: near them it misses the acceleration")
-    return _Moved(record.time, smooth, np.zeros(len(x), dtype=bool), warned, record.source)
+    return _SmoothMotion(record.time, smooth, np.zeros(len(x), dtype=bool), warned, record.source)
 
 
-def _data(moved: _Moved, rig: Rig, method: str) -> xr.Dataset:
-    units, s = rig.units, moved.smooth
-    data = xr.Dataset(coords={"time": ("time", moved.time, {"units": units.time})})
+def _data(found: _SmoothMotion, rig: Rig, method: str) -> xr.Dataset:
+    units, s = rig.units, found.smooth
+    data = xr.Dataset(coords={"time": ("time", found.time, {"units": units.time})})
     for name, unit, values, error in (
         ("x", units.length, s.x, s.x_error),
         ("v", units.speed, s.v, s.v_error),
@@ -168,13 +169,13 @@ def _data(moved: _Moved, rig: Rig, method: str) -> xr.Dataset:
     ):
         data[name] = ("time", values, {"units": unit})
         data[f"{name}_error"] = ("time", error, {"units": unit})
-    data["stuck"] = ("time", moved.stuck)
+    data["stuck"] = ("time", found.stuck)
     data.attrs = {
         "method": method,
         "cutoff": s.cutoff,
         "noise": s.noise,
-        "notes": list(moved.notes),
-        "source": moved.source,
+        "notes": list(found.notes),
+        "source": found.source,
         "rig": rig.to_toml(),
         "command": "stickslip.measurement.motion",
         "version": _core.__version__,

@@ -178,7 +178,7 @@ def levenberg_marquardt(
             lower, lighter = robust(ahead)
             if lower <= cost:
                 steeper = slopes(trial)
-                if not (acting(steep) & ~acting(steeper)).any():
+                if not (has_effect(steep) & ~has_effect(steeper)).any():
                     break
             damping *= 5
         else:
@@ -190,6 +190,6 @@ def levenberg_marquardt(
     return at
 
 
-def acting(slopes: Any) -> npt.NDArray[np.bool_]:
+def has_effect(slopes: Any) -> npt.NDArray[np.bool_]:
     """Which unknowns change a residual."""
     return np.asarray(abs(slopes).sum(axis=0)).ravel() > 0

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.least_squares import OUTLIER, acting, minimize
+from stickslip.identification.estimator.least_squares import OUTLIER, has_effect, minimize
 from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.uncertainty import (
     clipped_scale,
@@ -118,7 +118,7 @@ def fit_forces(problem: Problem, start: Law) -> ForceFit:
 
 def _acting_again(problem: Problem, numbers: Array, first: Array) -> Array:
     """The numbers, those that do not act as they were first; all of them, where the two together make no law."""
-    silent = ~acting(problem.jacobian(numbers, problem.column))
+    silent = ~has_effect(problem.jacobian(numbers, problem.column))
     mended = np.where(silent, first, numbers)
     try:
         problem.at(mended)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.least_squares import acting
+from stickslip.identification.estimator.least_squares import has_effect
 from stickslip.identification.estimator.uncertainty import own_error, robust_scale
 from stickslip.identification.kinetic.replayed_motion import WITH_MEMORY, Motion
 from stickslip.identification.law_parameters import parameters_of_law
@@ -292,7 +292,7 @@ class Problem:
                 steep = self.jacobian(np.clip(middle + side * tenth, low, high), self.column)
             except InputError:
                 continue
-            silent &= ~acting(steep)
+            silent &= ~has_effect(steep)
             if not silent.any():
                 return
         self.refuse(silent)

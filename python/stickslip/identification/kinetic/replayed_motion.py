@@ -25,6 +25,7 @@ from stickslip.laws import (
 )
 from stickslip.laws.law import MotionColumns, motion_columns
 from stickslip.measurement.signals.noise import noise_level
+from stickslip.measurement.signals.sample_runs import runs_of
 
 Array = npt.NDArray[np.float64]
 Samples = npt.NDArray[np.int_]
@@ -102,7 +103,7 @@ class Motion:
                 unseen = _unresolved(compact, w, turn, first, last)
                 if issubclass(law, HOLDING):
                     unseen |= _near_turns(compact, w, turn, first, last)
-                stretches += [(a, b) for a, b in _runs(~unseen[start - first :], start) if b - a >= FEWEST]
+                stretches += [(start + a, start + b) for a, b in runs_of(~unseen[start - first :]) if b - a >= FEWEST]
         if issubclass(law, WITHOUT_SHAPE):
             # The work of a short run, such as where a record ends while the mass comes to rest, is that of its errors.
             paths = [float(np.abs(w[a:b]).sum()) for a, b in stretches]
@@ -434,11 +435,6 @@ def least_climb(noise: float, spans: Sequence[float], share: float = NARROW_CLIM
     return float(max(6 * noise, share * float(np.median(spans))))
 
 
-def _runs(mask: Mask, offset: int) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
-    return [(int(a) + offset, int(b) + offset) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-
-
 def _alternating(speed: Array, inner: Samples) -> Samples:
     """Of neighbours of one kind keep the farther one out, so that maxima and minima take turns."""
     kept: list[int] = []
@@ -477,8 +473,7 @@ def _force_rate(record: FrictionRecord, compact: FrictionRecord) -> Array:
     usual = known.get("stiffness", math.nan) * known.get("drive_velocity", math.nan)
     table = record.break_away
     rate = np.full(len(compact.time), usual if math.isfinite(usual) else 0.0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], compact.stuck, [False]]).astype(int)))
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
+    for a, b in runs_of(compact.stuck):
         value = usual
         near = np.flatnonzero(np.abs(table["t"].to_numpy() - compact.time[b - 1]) < 1.5 * record.step)
         if near.size and math.isfinite(float(table["force_rate"].iloc[near[0]])):

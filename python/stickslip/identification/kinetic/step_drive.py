@@ -51,7 +51,7 @@ def ramp_of(time: Array, x: Array, at: float, begin: float, end: float) -> tuple
     return (crossing - lasts / 2, lasts) if all(0.1 < side < 0.45 for side in sides) else (at, 0.0)
 
 
-def of_the_sample(tree: xr.DataTree, table: pd.DataFrame) -> list[str]:
+def notes_if_behind_spring(tree: xr.DataTree, table: pd.DataFrame) -> list[str]:
     """That the displacement lags behind an even drive as friction rises: it is then measured behind the machine's spring."""
     time, x, friction = (tree[name].to_numpy() for name in ("time", "displacement", "force"))
     found = []
@@ -74,7 +74,7 @@ def of_the_sample(tree: xr.DataTree, table: pd.DataFrame) -> list[str]:
     ]
 
 
-def of_ramps(lasts: list[float], paths: list[float]) -> list[str]:
+def notes_on_ramps(lasts: list[float], paths: list[float]) -> list[str]:
     """That the drive takes its time at a step, and how it is fitted."""
     if not max(lasts) > 0:
         return []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ OF_CONTACT = (
 OF_SECOND = (Parameter("second_b"), Parameter("second_length", logarithmic=True, unit="m"))
 """What it is fitted with beside them where friction has two state variables."""
 A_MINUS_B = {"a_minus_b": {"a": 1.0, "b": -1.0}}
+"""What is derived of these numbers."""
 
 
 def step_response(path: Array, numbers: Array, jump: float, form: str, ramp: float = 0.0) -> Array | None:
@@ -113,6 +115,38 @@ def path_of_decay(path: Array, friction: Array, level: float) -> float:
     fallen = np.flatnonzero(above[peak:] < above[peak] / 3)
     end = peak + (int(fallen[0]) if fallen.size else len(above) - peak - 1)
     return max(float(path[later][end] - path[later][peak]), 1e-9)
+
+
+def means_about(
+    at: float, row: tuple[float, float], time: Array, values: Iterable[Array], bins: tuple[int, int]
+) -> tuple[Array, list[Array], tuple[int, int, int]]:
+    """Means of samples about a step: so many bins in the later half of the hold before it, and in growing bins after it.
+
+    Parameters
+    ----------
+    at : time of the step.
+    row : begin of the hold before and end of the hold after it.
+    time, values : of the samples, each (n,).
+    bins : before and after the step, at the most.
+
+    Returns
+    -------
+    Samples in each bin; the means of each of the values; first sample, that at the step, and the one behind the last.
+    """
+    first, here, end = np.searchsorted(time, [(row[0] + at) / 2, at, row[1]]).tolist()
+    before = np.linspace(first, here, bins[0] + 1).astype(int)
+    after = here + np.geomspace(1, max(end - here, 2), bins[1]).astype(int) - 1
+    edges = np.unique(np.concatenate([before, after]))
+    counts = np.diff(edges)
+    means = [np.add.reduceat(one[: edges[-1]], edges[:-1]) / counts for one in values]
+    return counts, means, (first, here, end)
+
+
+def a_minus_b_words(parameters: pd.DataFrame) -> str:
+    """What is found of a - b, with its interval."""
+    row = parameters.loc["a_minus_b"]
+    side = "is not told apart from zero" if row["low"] <= 0 <= row["high"] else f"is {row['value']:.2g}"
+    return f"a - b {side} ({row['low']:.2g} to {row['high']:.2g})"
 
 
 class OfSteps(Result):

@@ -53,7 +53,7 @@ def starting_points(response: Callable[[Array], Array], friction: Array, a: floa
     return list(best.values())[:KEPT]
 
 
-def undetermined(jacobian: Array, residuals: Array, off: Array, reach: Array) -> npt.NDArray[np.bool_]:
+def is_undetermined(jacobian: Array, residuals: Array, off: Array, reach: Array) -> npt.NDArray[np.bool_]:
     """Which numbers the record does not determine: they ended at the limit of the search, or act on nothing.
 
     Parameters
@@ -65,36 +65,39 @@ def undetermined(jacobian: Array, residuals: Array, off: Array, reach: Array) ->
     return np.asarray((np.abs(off) > 0.999 * reach) | (effect < float(np.sqrt(np.mean(residuals**2)))))
 
 
-def converged(jacobian: Array, residuals: Array, closed: npt.NDArray[np.bool_]) -> bool:
-    """Whether another step of the search would move the numbers that are determined by less than a standard error."""
-    left = np.linalg.lstsq(jacobian[:, closed], residuals, rcond=None)[0]
-    gain = float(np.sum((jacobian[:, closed] @ left) ** 2))
-    return gain <= float(np.sum(residuals**2)) / max(len(residuals) - len(left), 1)
+def notes_on_convergence(jacobian: Array, residuals: Array, undetermined: npt.NDArray[np.bool_]) -> list[str]:
+    """A sentence where another step of the search would move the determined numbers by a standard error or more."""
+    determined = jacobian[:, ~undetermined]
+    step = np.linalg.lstsq(determined, residuals, rcond=None)[0]
+    gain = float(np.sum((determined @ step) ** 2))
+    if gain <= float(np.sum(residuals**2)) / max(len(residuals) - len(step), 1):
+        return []
+    return ["the search ended before the misfit was least: take the numbers for a guess"]
 
 
-def with_limits(covariance: Array, reach: Array, open_ended: npt.NDArray[np.bool_]) -> Array:
+def with_limits(covariance: Array, reach: Array, undetermined: npt.NDArray[np.bool_]) -> Array:
     """The covariance where numbers that the record does not determine are known no better than the search went."""
-    closed = ~open_ended
-    return np.asarray(covariance * np.outer(closed, closed) + np.diag(np.where(open_ended, reach**2, 0.0)))
+    known = ~undetermined
+    return np.asarray(covariance * np.outer(known, known) + np.diag(np.where(undetermined, reach**2, 0.0)))
 
 
-def what_is_not_known(
-    names: list[str], open_ended: npt.NDArray[np.bool_], values: Any, sampled: float, jump: float
+def notes_on_undetermined(
+    names: list[str], undetermined: npt.NDArray[np.bool_], values: Any, sampled: float, jump: float
 ) -> list[str]:
     """What the steps say nothing of, and lengths that are too short for the samples, as plain sentences.
 
     Parameters
     ----------
-    names, open_ended : of the numbers, and which of them are not determined.
+    names, undetermined : of the numbers, and which of them are not determined.
     values : by name.
     sampled : path from sample to sample after the step (m), of several steps the least.
     jump : ln(V₂/V₁).
     """
     notes = []
-    if lost := [name for name, free in zip(names, open_ended, strict=True) if free]:
+    if unknown := [name for name, one in zip(names, undetermined, strict=True) if one]:
         notes.append(
-            f"not determined by the record: {', '.join(lost)}; the value is where the search ended, the error the range that "
-            "was searched"
+            f"not determined by the record: {', '.join(unknown)}; the value is where the search ended, the error the range "
+            "that was searched"
         )
     lengths = {name: values[name] for name in ("length", "second_length") if name in values}
     for name, length in lengths.items():

@@ -16,12 +16,14 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import Minimum, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.uncertainty import correlated_covariance, correlation_time, estimate
-from stickslip.identification.kinetic.step_drive import of_ramps, ramp_of
+from stickslip.identification.kinetic.step_drive import notes_on_ramps, ramp_of
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
     OF_SECOND,
     OfSteps,
+    a_minus_b_words,
+    means_about,
     path_of_decay,
     step_response,
     table_of_steps,
@@ -29,10 +31,10 @@ from stickslip.identification.kinetic.step_response import (
 from stickslip.identification.kinetic.step_search import (
     EVALUATIONS,
     FIRST,
-    converged,
+    is_undetermined,
+    notes_on_convergence,
+    notes_on_undetermined,
     starting_points,
-    undetermined,
-    what_is_not_known,
     with_limits,
 )
 from stickslip.laws.rate_state import RateState
@@ -183,8 +185,8 @@ def fit_velocity_step(
     numbers = found[form].vector
     middle = np.concatenate([start, [0.0, start[2]]])[: len(numbers)]
     reach = np.concatenate([within, within[1:3]])[: len(numbers)]
-    lost = undetermined(found[form].jacobian, found[form].residuals, numbers - middle, reach)
-    parameters, covariance = _table(found[form], fit(form, found[form]).vector, reach, lost)
+    undetermined = is_undetermined(found[form].jacobian, found[form].residuals, numbers - middle, reach)
+    parameters, covariance = _table(found[form], fit(form, found[form]).vector, reach, undetermined)
     values = parameters["value"]
     load = float(tree["normal_force"].median()) if "normal_force" in tree.variables else 1.0
     law = RateState(
@@ -199,10 +201,8 @@ def fit_velocity_step(
         second_length=values.get("second_length"),
     )
     other = "slip" if form == "aging" else "aging"
-    row_ = parameters.loc["a_minus_b"]
-    side = "is not told apart from zero" if row_["low"] <= 0 <= row_["high"] else f"is {row_['value']:.2g}"
     notes = [
-        f"step from {speeds[0]:.4g} to {speeds[1]:.4g} m/s; a - b {side} ({row_['low']:.2g} to {row_['high']:.2g})",
+        f"step from {speeds[0]:.4g} to {speeds[1]:.4g} m/s; {a_minus_b_words(parameters)}",
         f"the {form} law misses the means by {rms[form]:.2g}, the {other} law by {rms[other]:.2g}"
         + ("" if _apart(found[form], found[other]) else "; this step does not tell them apart"),
     ]
@@ -212,13 +212,12 @@ def fit_velocity_step(
             "or drive, machine or contact are not as in the law; the errors hold how the misfit goes on along the record, "
             "not what the law lacks: look at the plot"
         )
-    notes += of_ramps([ramp], [ramp * sum(speeds) / 2])
-    if not converged(found[form].jacobian, found[form].residuals, ~lost):
-        notes.append("the search ended before the misfit was least: take the numbers for a guess")
+    notes += notes_on_ramps([ramp], [ramp * sum(speeds) / 2])
+    notes += notes_on_convergence(found[form].jacobian, found[form].residuals, undetermined)
     after = tree["time"].to_numpy()
     after = after[(after > float(row["t"])) & (after < float(row["end"]))]
     sampled = speeds[1] * float(np.median(np.diff(after)))
-    notes += what_is_not_known(list(parameters.index[: len(numbers)]), lost, values, sampled, jump)
+    notes += notes_on_undetermined(list(parameters.index[: len(numbers)]), undetermined, values, sampled, jump)
     curve = pd.DataFrame({"time": t, "displacement": position, "measured": measured})
     curve["fitted"] = _model(numbers, form, t, position, speeds, ramp)
     return VelocityStepFit(law, parameters, covariance, rms, notes, curve)
@@ -247,20 +246,12 @@ def _means(tree: xr.DataTree, row: pd.Series[Any]) -> tuple[Array, Array, Array,
     """Time and displacement from the step, friction and weight, as means of samples, and the drive's ramp (s)."""
     time = tree["time"].to_numpy()
     x = tree["displacement"].to_numpy()
-    at, ramp = ramp_of(time, x, float(row["t"]), float(row["begin"]), float(row["end"]))
-    first, here, last = np.searchsorted(time, [(float(row["begin"]) + at) / 2, at, float(row["end"])])
-    before = np.linspace(first, here, BINS[0] + 1).astype(int)
-    after = here + np.geomspace(1, last - here, BINS[1]).astype(int) - 1
-    edges = np.unique(np.concatenate([before, after]))
-    counts = np.diff(edges)
-
-    def mean(values: Array) -> Array:
-        return np.add.reduceat(values[: edges[-1]], edges[:-1]) / counts
-
-    position = mean(x) - float(np.interp(at, time, x))
     friction = tree["force"].to_numpy()
+    t, begin, end = (float(row[name]) for name in ("t", "begin", "end"))
+    at, ramp = ramp_of(time, x, t, begin, end)
+    counts, means, (first, here, _) = means_about(at, (begin, end), time, (time, x, friction), BINS)
     noise = max(float(np.std(np.diff(friction[first:here]))) / math.sqrt(2), 1e-12)
-    return mean(time) - at, position, mean(friction), np.sqrt(counts) / noise, ramp
+    return means[0] - at, means[1] - float(np.interp(at, time, x)), means[2], np.sqrt(counts) / noise, ramp
 
 
 def _model(
@@ -285,11 +276,11 @@ def _model(
 
 
 def _table(
-    found: Minimum, steady: Array, reach: Array, lost: npt.NDArray[np.bool_]
+    found: Minimum, steady: Array, reach: Array, undetermined: npt.NDArray[np.bool_]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Numbers with their errors: residuals that go together along the record, and whether friction drifts (`steady`: not).
 
-    What is `lost` is known no better than to the `reach` of the search.
+    What is `undetermined` is known no better than to the `reach` of the search.
     """
     freedom = len(found.residuals) - len(found.vector)
     chi = float(np.sum(found.residuals**2)) / freedom
@@ -299,5 +290,5 @@ def _table(
     parameters = Parameters((*OF_STEP, *OF_SECOND)[: len(found.vector)])
     second = {"second_b": -1.0} if "second_b" in parameters.names else {}
     derived = {name: {**weights, **second} for name, weights in A_MINUS_B.items()}
-    covariance = with_limits(covariance + np.outer(drifted, drifted), reach, lost)
+    covariance = with_limits(covariance + np.outer(drifted, drifted), reach, undetermined)
     return estimate(parameters, found.vector, covariance, independent, derived)

@@ -16,11 +16,13 @@ from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import linear, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameters
 from stickslip.identification.estimator.uncertainty import estimate, half_width
-from stickslip.identification.kinetic.step_drive import of_ramps, of_the_sample, ramp_of
+from stickslip.identification.kinetic.step_drive import notes_if_behind_spring, notes_on_ramps, ramp_of
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,
     OF_CONTACT,
     OfSteps,
+    a_minus_b_words,
+    means_about,
     path_of_decay,
     step_response,
     table_of_steps,
@@ -29,10 +31,10 @@ from stickslip.identification.kinetic.step_search import (
     EVALUATIONS,
     FIRST,
     RESOLVED,
-    converged,
+    is_undetermined,
+    notes_on_convergence,
+    notes_on_undetermined,
     starting_points,
-    undetermined,
-    what_is_not_known,
     with_limits,
 )
 from stickslip.laws.rate_state import RateState
@@ -209,35 +211,32 @@ def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:
         loads=pd.DataFrame(rows),
         steps=per_step,
         rms={key: one.rms for key, one in sorted(found.items())},
-        notes=_words(steps, best, other, parameters) + of_the_sample(tree, table),
+        notes=_words(steps, best, other, parameters) + notes_if_behind_spring(tree, table),
         curves=best.curves(),
     )
 
 
 def _words(steps: list[_Step], best: _Fit, other: _Fit, parameters: pd.DataFrame) -> list[str]:
     speeds = [speed for step in steps for speed in step.speeds]
-    change = parameters.loc["a_minus_b"]
-    side = "is not told apart from zero" if change["low"] <= 0 <= change["high"] else f"is {change['value']:.2g}"
     gain = other.costs - best.costs
     clear = float(gain.mean()) > 2 * float(gain.std(ddof=1)) / math.sqrt(len(gain))
     notes = [
         f"{len(steps)} steps between {min(speeds):.4g} and {max(speeds):.4g} m/s, all with one a, b, length and stiffness; "
-        f"a - b {side} ({change['low']:.2g} to {change['high']:.2g})",
+        f"{a_minus_b_words(parameters)}",
         f"the {best.form} law fits better than the {other.form} law in {int(np.sum(gain > 0))} of the steps"
         + ("" if clear else "; they hardly tell the two apart"),
         "errors come from the scatter over the steps; a, b and the stiffness round the peak together, so they are known less "
         "well than a - b",
     ]
-    notes += what_is_not_known(
+    notes += notes_on_undetermined(
         list(NAMES),
-        best.lost,
+        best.undetermined,
         parameters["value"],
         min(step.sampled for step in steps),
         min(abs(s.jump) for s in steps),
     )
-    notes += of_ramps([step.ramp for step in steps], [step.alike[1] for step in steps])
-    if not converged(best.jacobian, best.residuals, ~best.lost):
-        notes.append("the search ended before the misfit was least: take the numbers for a guess")
+    notes += notes_on_ramps([step.ramp for step in steps], [step.alike[1] for step in steps])
+    notes += notes_on_convergence(best.jacobian, best.residuals, best.undetermined)
     off, error, where = best.common()
     if abs(off) > 3 * error:
         notes.append(
@@ -257,12 +256,7 @@ def _steps(tree: xr.DataTree, table: pd.DataFrame) -> list[_Step]:
         # where the hold before this step is not the one after the step before, the load was changed between them
         run, until = run + (begin > until), last
         at, ramp = ramp_of(time, x, at, begin, last)
-        first, here, end = np.searchsorted(time, [(begin + at) / 2, at, last]).tolist()
-        before = np.linspace(first, here, BINS[0] + 1).astype(int)
-        after = here + np.geomspace(1, max(end - here, 2), BINS[1]).astype(int) - 1
-        edges = np.unique(np.concatenate([before, after]))
-        counts = np.diff(edges)
-        path, mean = (np.add.reduceat(values[: edges[-1]], edges[:-1]) / counts for values in (x, friction))
+        _, (path, mean), (first, here, end) = means_about(at, (begin, last), time, (x, friction), BINS)
         path -= float(np.interp(at, time, x))
         sampled = speeds[1] * float(np.median(np.diff(time[here : end + 1])))
         found.append(_Step(path, mean, (speeds[0], speeds[1]), float(np.mean(load[first:end])), run, sampled, ramp))
@@ -384,9 +378,9 @@ class _Fit:
         return np.asarray(found[: len(self.steps)] * sizes)
 
     @property
-    def lost(self) -> npt.NDArray[np.bool_]:
+    def undetermined(self) -> npt.NDArray[np.bool_]:
         """Which numbers the steps do not determine."""
-        return undetermined(self.jacobian, self.residuals, self.numbers - self.middle, REACH)
+        return is_undetermined(self.jacobian, self.residuals, self.numbers - self.middle, REACH)
 
     def _timing(self) -> Array:
         """What residuals change by where all steps come half a sample later, a whole one where the length is not resolved."""
@@ -411,7 +405,7 @@ class _Fit:
         parameters = Parameters(OF_CONTACT)
         over_steps = moves.T @ moves * count / freedom
         timing = inverse @ (self.jacobian.T @ self._timing())
-        whole = with_limits(over_steps + np.outer(timing, timing), REACH, self.lost)
+        whole = with_limits(over_steps + np.outer(timing, timing), REACH, self.undetermined)
         # what the timing adds does not come from a few steps (Welch & Satterthwaite)
         certain = freedom / np.maximum(np.diag(over_steps) / np.maximum(np.diag(whole), 1e-300), 1e-6) ** 2
         table, covariance = estimate(parameters, self.numbers, whole, certain, A_MINUS_B)

@@ -22,6 +22,7 @@ from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification
 from stickslip.laws import Law
 from stickslip.measurement.regime import regime_of_slip
+from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.spectra import main_line
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
@@ -411,9 +412,8 @@ def _slipping(trace: pd.DataFrame, centred: bool) -> Array:
     spring, v = trace["spring"].to_numpy(), trace["v"].to_numpy()
     if not centred:
         return np.stack([spring[~stuck], v[~stuck]], axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], stuck, [True]]).astype(int)))
     parts = []
-    for a, b in zip(edges[::2], edges[1::2], strict=True):
+    for a, b in runs_of(~stuck):
         middle = (spring[a:b].max() + spring[a:b].min()) / 2
         parts.append(np.stack([spring[a:b] - middle, v[a:b]], axis=1))
     return np.concatenate(parts) if parts else np.zeros((0, 2))

@@ -22,7 +22,7 @@ from stickslip.identification.law_fit import fit_law
 from stickslip.identification.records import FrictionRecord, opened, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.piece_count import choose_pieces
-from stickslip.identification.static.caveats import OF_STICK_TIME, unlike
+from stickslip.identification.static.caveats import OF_STICK_TIME, notes_on_unlike_records
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.identification.static.rows import one_rate
 from stickslip.identification.static.static_fit import fit_static_friction
@@ -301,7 +301,7 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
     why = "the break-aways are too few to show growth with stick time"
     if (static := break_aways.static) is not None:
         why = f"static friction over stick time has the {static.chosen} form"
-        if unlike(static.rows, static.fits):
+        if notes_on_unlike_records(static.rows, static.fits):
             why = "the records differ from any one law of stick time"
         elif one_rate(static.rows) and static.chosen != "constant":
             # What looks like growth within one record may be scatter along its loading line. Where several drive velocities

@@ -37,7 +37,7 @@ NARROW = 1.25
 """Stick times (10th to 90th percentile) within this ratio say nothing about growth."""
 
 
-def tied(rows: pd.DataFrame) -> list[str]:
+def notes_on_ties(rows: pd.DataFrame) -> list[str]:
     """A sentence where stick time and force rate cannot be told apart, else nothing."""
     known = rows[rows["force_rate"].notna() & (rows["force_rate"].abs() > 0)]
     if len(known) < 2:
@@ -64,7 +64,7 @@ def tied(rows: pd.DataFrame) -> list[str]:
     return []
 
 
-def unlike(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
+def notes_on_unlike_records(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
     """A sentence where the records lie further from the fit to all of them than the scatter within each lets expect.
 
     Such a fit is a compromise; its intervals hold the scatter within the records and not what sets them apart.
@@ -90,7 +90,7 @@ def unlike(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
     ]
 
 
-def without_growth(rows: pd.DataFrame) -> list[str]:
+def notes_on_missing_growth(rows: pd.DataFrame) -> list[str]:
     """A sentence where sticks of one force rate are of one length, or begin at one force, and so say nothing of growth."""
     known = rows[rows["force_rate"].notna()]
     if len(known) < 2 or not one_rate(known):
@@ -114,7 +114,7 @@ def without_growth(rows: pd.DataFrame) -> list[str]:
     ]
 
 
-def weaker(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
+def notes_on_weakening(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
     """A sentence where static friction falls with stick time from record to record, each at a force rate of its own."""
     if rows["force_rate"].isna().any() or one_rate(rows):
         return []
@@ -139,7 +139,7 @@ def weaker(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
     ]
 
 
-def loading_line(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
+def notes_on_loading_line(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
     """A sentence where the scatter of friction along a track on which it drifts may be what looks like growth."""
     if len(set(rows["record"])) > 1 or rows["force_rate"].isna().all():
         return []
@@ -156,7 +156,7 @@ def loading_line(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]
     ]
 
 
-def drift(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
+def notes_on_drift(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
     """A sentence where a drift in time may be what looks like growth with stick time, or the other way round."""
     found = fits["logarithmic"]
     time, log = rows["t"] - rows.groupby("record")["t"].transform("mean"), np.log10(rows["stick_time"])
@@ -176,7 +176,7 @@ def drift(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
     ]
 
 
-def threshold(rows: pd.DataFrame) -> list[str]:
+def notes_on_least_drop(rows: pd.DataFrame) -> list[str]:
     """A sentence where falls of the force crowd at the smallest that was seen: those below it are missing."""
     drop = rows["drop"].dropna().to_numpy()
     if drop.size < 20 or not (drop > 0).all():
@@ -191,7 +191,7 @@ def threshold(rows: pd.DataFrame) -> list[str]:
     ]
 
 
-def undetermined(fits: Mapping[str, StaticFit]) -> list[str]:
+def notes_on_undetermined(fits: Mapping[str, StaticFit]) -> list[str]:
     """The forms of which the break-aways do not tell every number."""
     named = [f"{fit.form} ({', '.join(fit.undetermined)})" for fit in fits.values() if fit.undetermined]
     if not named:

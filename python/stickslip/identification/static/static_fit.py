@@ -18,15 +18,15 @@ from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.uncertainty import own_error
 from stickslip.identification.records import read_records
 from stickslip.identification.static.caveats import (
-    drift,
-    loading_line,
-    threshold,
-    tied,
-    undetermined,
+    notes_on_drift,
+    notes_on_least_drop,
+    notes_on_loading_line,
+    notes_on_missing_growth,
+    notes_on_ties,
+    notes_on_undetermined,
+    notes_on_unlike_records,
+    notes_on_weakening,
     unit_behind,
-    unlike,
-    weaker,
-    without_growth,
 )
 from stickslip.identification.static.form_fit import NEAR, StaticFit, choose, fit_forms
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
@@ -244,21 +244,23 @@ def fit_static_friction(friction: Any) -> StaticFrictionFit:
         # an error of the zero is in a break-away and in its slip alike, and comes back with the level alone
         zero = math.sqrt(float(np.mean(rows.groupby("record")["common"].first() ** 2)) / rows["record"].nunique())
         rows = rows.assign(force_error=own_error(rows["force_error"], rows["common"]), common=0.0)
-    constraints = tied(rows)
+    constraints = notes_on_ties(rows)
     rows["on_line"] = False if relative else on_loading_line(rows)
     fits = fit_forms(rows, level, zero, rates_differ=not constraints)
-    flat = ([] if relative else without_growth(rows)) or (weaker(rows, fits) if constraints else [])
+    flat = ([] if relative else notes_on_missing_growth(rows)) or (
+        notes_on_weakening(rows, fits) if constraints else []
+    )
     chosen, sentence = ("constant", flat[0]) if flat else choose(fits)
     found = StaticFrictionFit(rows=rows, relative=relative, level=level, fits=fits, chosen=chosen, notes=[])
     notes = [
         *notes,
         sentence,
         *([] if flat else found._as_good()),
-        *unlike(rows, fits),
+        *notes_on_unlike_records(rows, fits),
         *constraints,
-        *(loading_line(rows, fits) if relative else []),
-        *drift(rows, fits),
-        *threshold(rows),
-        *undetermined(fits),
+        *(notes_on_loading_line(rows, fits) if relative else []),
+        *notes_on_drift(rows, fits),
+        *notes_on_least_drop(rows),
+        *notes_on_undetermined(fits),
     ]
     return replace(found, notes=notes)

@@ -31,7 +31,7 @@ CLUSTERS = 12
 """Ranges of position or time in which what is left of the force goes together."""
 
 
-def behind(rows: Rows, losses: Array, best: Array, surely: float = 1.0, by: float = GAIN) -> bool:
+def predicts_worse(rows: Rows, losses: Array, best: Array, surely: float = 1.0, by: float = GAIN) -> bool:
     """Whether held-back rows are predicted worse than by the best, by so many standard errors and so that it matters."""
     parts = rows.parts if len(rows.parts) <= BLOCKS or rows.apart else np.array_split(np.arange(len(rows)), BLOCKS)
     means = np.array([float((losses - best)[part].mean()) for part in parts])
@@ -70,7 +70,7 @@ def widened(rows: Rows, fit: SteadyFit) -> tuple[SteadyFit, list[str], bool]:
             continue
         alone = linear_losses(rows, columns)
         better = linear_losses(rows, np.concatenate([columns, free], axis=1))
-        if behind(rows, alone, better, SURE, PART):
+        if predicts_worse(rows, alone, better, SURE, PART):
             valid = False
             gain = 100 * (1 - math.sqrt(float(better.mean() / alone.mean())))
             notes.append(
@@ -122,7 +122,7 @@ def _off_at_speeds(rows: Rows, fit: SteadyFit, rest: Array) -> tuple[float, floa
         return 0.0, 1.0
     columns = free.columns(rows)
     losses = linear_losses(rows, columns / rows.error[:, None])
-    if not behind(rows, fit.losses, losses):
+    if not predicts_worse(rows, fit.losses, losses):
         return 0.0, 1.0
     found = linear(columns, rest, rows.error)
     w = np.concatenate([free.nodes, -free.nodes])

@@ -18,10 +18,15 @@ from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.records import check_same_units, opened
 from stickslip.identification.steady.curve_fit import fit_form
 from stickslip.identification.steady.curves import ONE_SPEED, SHAPES, Rows, SteadyFit, forms_of
-from stickslip.identification.steady.misfit import behind, widened
+from stickslip.identification.steady.misfit import predicts_worse, widened
 from stickslip.identification.steady.steady_friction import SteadyFriction
-from stickslip.identification.steady.steady_notes import between_records, choice, disagreement, flat
-from stickslip.identification.steady.steady_rows import joined, rows_of, said_left_out
+from stickslip.identification.steady.steady_notes import (
+    is_constant,
+    notes_on_choice,
+    notes_on_disagreement,
+    scatter_between_records,
+)
+from stickslip.identification.steady.steady_rows import joined, notes_on_left_out, rows_of
 from stickslip.laws import Asymmetric
 from stickslip.measurement.result import stated_notes
 
@@ -102,7 +107,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     if not parts:
         raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
     check_same_units(units)
-    notes += said_left_out(left)
+    notes += notes_on_left_out(left)
     measured = rows = joined(parts)
     if float(np.sum(rows.force * np.sign(rows.w))) < 0:
         measured = rows = replace(rows, force=-rows.force)
@@ -118,7 +123,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     if each_way and len(set(np.sign(rows.w))) == 1:
         raise InputError("identify: Asymmetric needs slip in both senses, and all slip is one way; leave the law out")
     fits = _fits(rows, shapes, each_way)
-    if fits and between_records(rows, next(iter(fits.values()))) > 0:
+    if fits and scatter_between_records(rows, next(iter(fits.values()))) > 0:
         rows = rows.set_apart()
         fits = _fits(rows, shapes, each_way)
     if not fits:
@@ -140,9 +145,9 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     hidden = _hidden(rows, fits[chosen], shapes, each_way)
     notes = [
         *missed,
-        *disagreement(rows, fits[chosen]),
+        *notes_on_disagreement(rows, fits[chosen]),
         *notes,
-        *choice(rows, fits, chosen, undecided, hidden),
+        *notes_on_choice(rows, fits, chosen, undecided, hidden),
         *measured_so,
     ]
     error = measured.error if measured.stated else np.full(len(rows), math.nan)
@@ -163,10 +168,10 @@ def _fits(rows: Rows, shapes: Iterable[str], each_way: bool) -> dict[str, Steady
 def _choose(rows: Rows, fits: dict[str, SteadyFit]) -> tuple[str, list[str]]:
     """The simplest form whose loss on held-back rows lies within one standard error of the best, and its equals."""
     if abs(rows.tie) > TIED:
-        apart = {form: fit for form, fit in fits.items() if "load" not in fit.parameters.index or flat(form)}
+        apart = {form: fit for form, fit in fits.items() if "load" not in fit.parameters.index or is_constant(form)}
         fits = apart or fits
     best = min(fits.values(), key=lambda fit: float(fit.losses.mean()))
-    equals = [fit for fit in fits.values() if fit is best or not behind(rows, fit.losses, best.losses)]
+    equals = [fit for fit in fits.values() if fit is best or not predicts_worse(rows, fit.losses, best.losses)]
 
     def cost(fit: SteadyFit) -> tuple[int, bool, float]:
         # without an offset the angle at which a spring pushes nothing is a number that is missing: no simpler than gravity
@@ -183,4 +188,6 @@ def _hidden(rows: Rows, best: SteadyFit, shapes: Iterable[str], each_way: bool) 
     falling = [shape for shape in shapes if "weakening" in SHAPES[shape]]
     forms = [item for item in forms_of(rows, falling) if not each_way or "asymmetric" in item[0]]
     fits = {form: fit_form(rows, form, terms, hidden=True) for form, terms in forms}
-    return {form: fit for form, fit in fits.items() if fit is not None and behind(rows, best.losses, fit.losses)}
+    return {
+        form: fit for form, fit in fits.items() if fit is not None and predicts_worse(rows, best.losses, fit.losses)
+    }

@@ -24,13 +24,13 @@ STANDS_OUT = 6.0
 """A row that is missed by more than so many median misfits is named."""
 
 
-def disagreement(rows: Rows, best: SteadyFit) -> list[str]:
+def notes_on_disagreement(rows: Rows, best: SteadyFit) -> list[str]:
     """What the chosen curve leaves of the points that chance cannot have made, as plain sentences."""
     notes = []
     off = np.sign(rows.w) * (rows.force - best.curve.columns(rows) @ best.numbers)
     level = float(np.mean(np.abs(rows.force)))
     if rows.apart:
-        spread = between_records(rows, best)
+        spread = scatter_between_records(rows, best)
         means = [float(off[part].mean()) for part in rows.records]
         names = [Path(rows.source[part[0]]).name for part in rows.records]
         named = ", ".join(f"{mean:+.2g} ({name})" for mean, name in zip(means, names, strict=True))
@@ -55,7 +55,7 @@ def disagreement(rows: Rows, best: SteadyFit) -> list[str]:
     return notes
 
 
-def choice(
+def notes_on_choice(
     rows: Rows, fits: dict[str, SteadyFit], chosen: str, undecided: list[str], hidden: dict[str, SteadyFit]
 ) -> list[str]:
     """What the form `chosen` is, what may be in its place, and what it does not tell, as plain sentences."""
@@ -144,7 +144,7 @@ def _confounded(rows: Rows, fits: dict[str, SteadyFit], chosen: str) -> list[str
     instead = [
         f"{name} {row['value']:.3g} ({row['low']:.3g} to {row['high']:.3g})"
         for form in fits
-        if flat(form) != flat(chosen) and len(fits[form].parameters) == len(fits[chosen].parameters)
+        if is_constant(form) != is_constant(chosen) and len(fits[form].parameters) == len(fits[chosen].parameters)
         for name, row in fits[form].parameters.iterrows()
         if name in ("load", "viscous", "quadratic", "logarithm")
     ]
@@ -193,12 +193,12 @@ def at_rest(slow: float, fits: Iterable[SteadyFit], hidden: Iterable[SteadyFit])
     return ends[0][0], min(low for _, low, _ in ends), max(high for _, _, high in ends) if seen else math.inf
 
 
-def between_records(rows: Rows, fit: SteadyFit) -> float:
+def scatter_between_records(rows: Rows, fit: SteadyFit) -> float:
     """Standard deviation of friction from record to record about this curve, 0 where chance makes it."""
     columns = fit.curve.columns(rows)
     return record_scatter_of(rows, rows.force - columns @ fit.numbers, columns / rows.error[:, None])[0]
 
 
-def flat(form: str) -> bool:
+def is_constant(form: str) -> bool:
     """Whether friction of this form is the same at every speed."""
     return form.split(", ")[0] == "Coulomb"

@@ -207,7 +207,7 @@ def _left_out(
     return LeftOut(name, int(np.count_nonzero(slides)), found)
 
 
-def said_left_out(records: Sequence[LeftOut]) -> list[str]:
+def notes_on_left_out(records: Sequence[LeftOut]) -> list[str]:
     """One sentence on the samples of slip that are no rows, of however many records; none where there are no such samples."""
     records = [record for record in records if record.reasons]
     if not records:

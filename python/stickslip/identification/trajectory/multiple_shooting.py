@@ -207,11 +207,11 @@ class MultipleShooting:
         around = np.append(reach.T.ravel(), np.full(len(self.slips), 10.0)) / VISIBLE
         return np.concatenate([self.free.low, -around]), np.concatenate([self.free.high, around])
 
-    def near(self, numbers: Array) -> Array:
+    def reachable(self, numbers: Array) -> Array:
         """The numbers: a slip is short, so a descent converges from far."""
         return numbers
 
-    def lay(self, numbers: Array) -> float:
+    def refine(self, numbers: Array) -> float:
         """Least squares of the slips from these free numbers, then the sticks; returns the misfit of the slips."""
         unknowns = np.concatenate([numbers, np.zeros(3 * len(self.slips))])
         unknowns = self._with_sticks(self._down(unknowns, 1.0))
@@ -235,7 +235,7 @@ class MultipleShooting:
         found[: self.count] = solve(self.sticks(unknowns), self.free, unknowns[: self.count], static)
         return found
 
-    def silent(self, unknowns: Array) -> list[str]:
+    def without_effect(self, unknowns: Array) -> list[str]:
         """Names of the free numbers that act neither on slips nor on where sticks end."""
         static = self._static(unknowns)
         by = passage(self.sticks(unknowns), self.free, unknowns[: self.count], static).by
@@ -332,7 +332,7 @@ class MultipleShooting:
         Where a slip begins and its level are unknowns of its own and drop out with it. How alike neighbouring slips are is
         taken into account; what an error of the instrument's zero and scale, common to all, would do is added.
         """
-        if silent := self.silent(unknowns):
+        if silent := self.without_effect(unknowns):
             raise InputError(
                 f"identify: the slips say nothing about {', '.join(silent)}: hold it at a value (fixed, --fixed), ask "
                 "for a law without it, or add records in which it acts"

@@ -56,13 +56,13 @@ class Shooting(Protocol):
     known: bool
     best: Best
 
-    def near(self, numbers: Array) -> Array:
+    def reachable(self, numbers: Array) -> Array:
         """Free numbers close by from which a descent leads to the records."""
 
-    def lay(self, numbers: Array) -> float:
+    def refine(self, numbers: Array) -> float:
         """The least misfit in a descent from these numbers, 1 where only noise is left; `best` is kept."""
 
-    def silent(self, unknowns: Array) -> list[str]:
+    def without_effect(self, unknowns: Array) -> list[str]:
         """Names of the free numbers that change nothing here."""
 
     def finish(self) -> Refined:
@@ -77,7 +77,7 @@ def search(
     memory: Checkpoint,
     progress: Progress,
 ) -> None:
-    """Lay the motions from one starting point after the other; `shooting.best` holds the best.
+    """Refine the motions from one starting point after the other; `shooting.best` holds the best.
 
     Raises
     ------
@@ -93,14 +93,14 @@ def search(
         if shooting.known and best < LIKE_NOISE**2:
             break
         # The best found twice, from two sides: there is hardly a better one, unless a number has lost its effect there.
-        if sum(misfit < best * (1 + TWICE) for misfit in found) > 1 and not shooting.silent(shooting.best[1]):
+        if sum(misfit < best * (1 + TWICE) for misfit in found) > 1 and not shooting.without_effect(shooting.best[1]):
             break
         try:
             if turn == 0:
-                found.append(shooting.lay(points[0]))
+                found.append(shooting.refine(points[0]))
                 if shooting.known and shooting.best[0] < LIKE_NOISE**2:
                     continue
-            found.append(shooting.lay(shooting.near(points[turn])))
+            found.append(shooting.refine(shooting.reachable(points[turn])))
         except InputError:
             # Not a law there: the next one.
             continue

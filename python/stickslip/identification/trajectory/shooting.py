@@ -133,12 +133,12 @@ def fit_trajectories(
     memory = Checkpoint(checkpoint, first, about)
     progress = waiting_by_stage(progress)
     search(shots, first, starts, np.random.default_rng(seed), memory, progress)
-    shots, laid, notes = _finished(shots)
-    result = _result(first, shots, laid, [*notes, *([] if why is None else [f"Shot by slips: {why}."])])
+    shots, refined, notes = _finished(shots)
+    result = _result(first, shots, refined, [*notes, *([] if why is None else [f"Shot by slips: {why}."])])
     if isinstance(shots, SingleShooting):
         if profile:
-            result = _profiled(result, shots, laid, progress)
-        elif (doubt := why_no_parabola(shots, shots.best[1], laid.covariance)) is not None:
+            result = _profiled(result, shots, refined, progress)
+        elif (doubt := why_no_parabola(shots, shots.best[1], refined.covariance)) is not None:
             result = replace(result, notes=[*result.notes, doubt])
     memory.remove()
     return result
@@ -178,15 +178,15 @@ def _checked(bounds: Mapping[str, tuple[float, float]], names: Iterable[str]) ->
 
 
 def _result(
-    first: Identification, shots: SingleShooting | MultipleShooting, laid: Refined, notes: list[str]
+    first: Identification, shots: SingleShooting | MultipleShooting, refined: Refined, notes: list[str]
 ) -> Identification:
     free, count = shots.free, len(shots.free.names)
-    covariance = laid.covariance[:count, :count]
-    if isinstance(shots, SingleShooting) and shots.misses(laid.motions):
-        apart, said = _apart(first, free, laid)
-        covariance = covariance + np.outer(apart, apart) + np.diag(_lacking(first, free, laid) ** 2)
+    covariance = refined.covariance[:count, :count]
+    if isinstance(shots, SingleShooting) and shots.misses(refined.motions):
+        apart, said = _apart(first, free, refined)
+        covariance = covariance + np.outer(apart, apart) + np.diag(_lacking(first, free, refined) ** 2)
         notes = [*notes, *said]
-    parameters, full = free.estimate(laid.numbers, covariance, laid.freedom)
+    parameters, full = free.estimate(refined.numbers, covariance, refined.freedom)
     options = ["--trajectories", *(["--shooting slips"] if isinstance(shots, MultipleShooting) else [])]
     for name, size in zip(("zero", "scale"), shots.instrument_error.tolist(), strict=True):
         if size:
@@ -194,7 +194,7 @@ def _result(
             notes.append(
                 f"An error of {size:.3g} of the instrument's {name}, common to all records, is in the intervals."
             )
-    held = (laid.numbers <= free.low) | (laid.numbers >= free.high)
+    held = (refined.numbers <= free.low) | (refined.numbers >= free.high)
     notes += [
         f"{name} is held by a bound, so its interval and those of the other numbers leave out that it may lie beyond."
         for name, at in zip(free.names, held, strict=True)
@@ -204,29 +204,29 @@ def _result(
     before = notes_on_uncertain_numbers(first.parameters, first.covariance)
     return replace(
         first,
-        law=free.law(laid.numbers),
+        law=free.law(refined.numbers),
         parameters=parameters,
         covariance=full,
-        rms=distance(laid.motions),
-        motions=laid.motions,
+        rms=distance(refined.motions),
+        motions=refined.motions,
         command=" ".join([first.command, *options]),
         notes=[
             *(note for note in first.notes if note not in before),
             *notes_on_uncertain_numbers(parameters, full),
             *notes,
-            *laid.notes,
+            *refined.notes,
         ],
     )
 
 
-def _apart(first: Identification, free: LawParameters, laid: Refined) -> tuple[Array, list[str]]:
+def _apart(first: Identification, free: LawParameters, refined: Refined) -> tuple[Array, list[str]]:
     """How far the motions took each number from where forces and break-aways had it, beyond the errors of both; in words too.
 
     Zero where they agree. Two ways through one record that disagree show that the law has not the form of the friction: the
     distance between them is an error of either.
     """
-    plain, units = free.values(laid.numbers), free.units(laid.numbers)
-    errors = np.sqrt(np.diag(laid.covariance)[: len(plain)]) * units
+    plain, units = free.values(refined.numbers), free.units(refined.numbers)
+    errors = np.sqrt(np.diag(refined.covariance)[: len(plain)]) * units
     apart, said = np.zeros(len(plain)), []
     for i, name in enumerate(free.names):
         if name not in first.parameters.index:
@@ -241,19 +241,19 @@ def _apart(first: Identification, free: LawParameters, laid: Refined) -> tuple[A
     return apart, said
 
 
-def _lacking(first: Identification, free: LawParameters, laid: Refined) -> Array:
+def _lacking(first: Identification, free: LawParameters, refined: Refined) -> Array:
     """What the standard error of each number lacks of the one from forces and break-aways, in the units of the search.
 
     Of a law with another form than the friction a motion is fitted closely by numbers that are off by far more than what is
     left of it lets expect: their errors are then no smaller than those that need no motion.
     """
-    units = free.units(laid.numbers)
+    units = free.units(refined.numbers)
     known = first.parameters["error"].reindex(free.names).fillna(0.0).to_numpy() / units
-    return np.asarray(np.sqrt(np.maximum(known**2 - np.diag(laid.covariance)[: known.size], 0.0)))
+    return np.asarray(np.sqrt(np.maximum(known**2 - np.diag(refined.covariance)[: known.size], 0.0)))
 
 
-def _profiled(result: Identification, shots: SingleShooting, laid: Refined, progress: Progress) -> Identification:
-    ends, open_ends = profile_intervals(shots, shots.best[1], laid.covariance, progress)
+def _profiled(result: Identification, shots: SingleShooting, refined: Refined, progress: Progress) -> Identification:
+    ends, open_ends = profile_intervals(shots, shots.best[1], refined.covariance, progress)
     return replace(
         result,
         parameters=result.parameters.assign(low=ends["low"], high=ends["high"]),

@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.special import chdtri
 
 from stickslip.errors import InputError
-from stickslip.identification.estimator.least_squares import acting, levenberg_marquardt, minimize, robust
+from stickslip.identification.estimator.least_squares import has_effect, levenberg_marquardt, minimize, robust
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.uncertainty import (
     correlation_time,
@@ -146,7 +146,7 @@ class SingleShooting:
         reach = np.array([misfit.reach for misfit in self.misfits])
         return np.concatenate([self.free.low, -reach]), np.concatenate([self.free.high, reach])
 
-    def near(self, numbers: Array) -> Array:
+    def reachable(self, numbers: Array) -> Array:
         """The free numbers close by whose motions have the measured landmarks, from which the descent is short.
 
         What is minimised knows nothing of phase (see :meth:`MotionMisfit.unlikeness`), so it leads from far away.
@@ -165,7 +165,7 @@ class SingleShooting:
         found = minimize(unlike, [inside], (low, high), outlier=0.1, scale=alike, step=1e-3, evaluations=12)
         return found.vector
 
-    def lay(self, numbers: Array) -> float:
+    def refine(self, numbers: Array) -> float:
         """Least squares of the motions from these free numbers; returns the misfit.
 
         The misfit is the mean of the squared residuals over the noise, 1 where only noise is left.
@@ -192,9 +192,9 @@ class SingleShooting:
         parts = np.split(self.residuals(unknowns), np.cumsum(self.lengths(1.0))[:-1])
         return np.array([s * math.sqrt(np.mean(part**2)) for part, s in zip(parts, self.sigma, strict=True)])
 
-    def silent(self, unknowns: Array) -> list[str]:
+    def without_effect(self, unknowns: Array) -> list[str]:
         """Names of the free numbers that change no motion here."""
-        acts = acting(self.slopes(unknowns))
+        acts = has_effect(self.slopes(unknowns))
         return [name for name, does in zip(self.free.names, acts, strict=False) if not does]
 
     def covariance(self, unknowns: Array) -> tuple[Array, float]:
@@ -240,7 +240,7 @@ class SingleShooting:
             information += slopes[a:b].T @ slopes[a:b] / excess
             instrument = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.instrument_error / sigma
             scores += slopes[a:b].T @ instrument / excess
-        if (silent := self.silent(unknowns)) or not np.diag(information).all():
+        if (silent := self.without_effect(unknowns)) or not np.diag(information).all():
             raise InputError(
                 f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: hold it at a "
                 "value (fixed, --fixed), ask for a law without it, or add records in which it acts"

@@ -17,6 +17,7 @@ from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.noise import MAD_TO_SIGMA, line_excess, mains_hum
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
+from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.spectra import Line
 
 Array = npt.NDArray[np.float64]
@@ -53,7 +54,7 @@ def check_sampling(record: Record, rig: Rig) -> None:
         )
 
 
-def few_samples(record: Record, oscillator: OscillatorConstants, units: RigUnits) -> list[str]:
+def notes_on_few_samples(record: Record, oscillator: OscillatorConstants, units: RigUnits) -> list[str]:
     """Whether the samples are too few for break-aways to be placed to less than a sample."""
     period = own_period(oscillator)
     if period >= FEW * record.step:
@@ -78,7 +79,7 @@ def check_rise(record: Record, rig: Rig, presmoothed: Presmoothed, flanks: Flank
         )
 
 
-def while_driven(
+def part_while_driven(
     record: Record, oscillator: OscillatorConstants, presmoothed: Presmoothed, flanks: Flanks
 ) -> tuple[slice, list[str]]:
     """The longest part of the record in which the drive does not stop, and a sentence where there are several.
@@ -92,11 +93,9 @@ def while_driven(
     if len(flanks.limits) < 3 or slow > fast / 2:
         return slice(None), []
     cycle = float(np.median(np.diff([time[last] for _, last in flanks.limits])))
-    still = np.abs(rate) < slow
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int))).reshape(-1, 2)
     near = max(round((own_period(o) / 2 + 0.2 / presmoothed.cutoff) / record.step), 2)
     stops: list[tuple[int, int]] = []
-    for first, last in edges.tolist():
+    for first, last in runs_of(np.abs(rate) < slow):
         sides = ([rate[max(first - near, 0) : first]] if first > 0 else []) + (
             [rate[last : last + near]] if last < len(rate) else []
         )
@@ -116,7 +115,7 @@ def while_driven(
     ]
 
 
-def at_one_speed(
+def part_at_one_speed(
     record: Record, oscillator: OscillatorConstants, extension: Array, weight: Array, flanks: Flanks
 ) -> tuple[slice, list[str]]:
     """The part of the record in which the drive keeps one speed, and a sentence where it has several.
@@ -197,7 +196,7 @@ def without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:
     return signal
 
 
-def overtaking(friction: Friction, rate_error: float) -> list[str]:
+def notes_on_overtaking(friction: Friction, rate_error: float) -> list[str]:
     """Whether the mass runs ahead of the drive by more than the noise, as the position of a slider that is pulled does."""
     o = friction.fit.oscillator
     drive = o.drive_velocity
@@ -219,7 +218,7 @@ def overtaking(friction: Friction, rate_error: float) -> list[str]:
     ]
 
 
-def unlike_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[str]:
+def notes_on_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[str]:
     """Whether the samples scatter otherwise than the file says they do."""
     if not record.error:
         return []
@@ -234,7 +233,7 @@ def unlike_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[st
     ]
 
 
-def inertia(friction: Friction, rig: Rig, slow: float, line: Line) -> list[str]:
+def notes_on_inertia(friction: Friction, rig: Rig, slow: float, line: Line) -> list[str]:
     """Whether the resonance, or the smoothness of friction, speaks for another inertia than the rig's."""
     notes: list[str] = []
     o, hertz = friction.fit.oscillator, unit_suffix(rig.units.frequency)

@@ -14,8 +14,8 @@ from stickslip.measurement.indirect.hidden_fall import with_hidden_fall
 from stickslip.measurement.indirect.stick_limits import refine_sticks
 from stickslip.measurement.indirect.sticks import Stick, creeping_sticks, cutoff_limits, own_period, rigid_candidates
 from stickslip.measurement.regime import Regime, regime, slow_share
-from stickslip.measurement.signals.noise import stretches
 from stickslip.measurement.signals.piecewise_fit import Kind, Part, PiecewiseFit
+from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.slip_evidence import SlipModel
 
 
@@ -107,6 +107,6 @@ def fit_pieces(draft: Draft, sticks: list[Stick], rigid: bool) -> PiecewiseFit:
 
 def _gaps(draft: Draft) -> list[tuple[float, float]]:
     """Times between which three samples in a row or more are missing, so that the end of a stick is not seen there."""
-    runs = [(draft.time[a], draft.time[b - 1]) for a, b in stretches(draft.weight == 0) if b - a >= 3]
+    runs = [(draft.time[a], draft.time[b - 1]) for a, b in runs_of(draft.weight == 0) if b - a >= 3]
     # What lacks them may place the end as far behind them as they are long.
     return [(before - 2 * draft.step, after + (after - before) + 2 * draft.step) for before, after in runs]

@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.units import unit_suffix
+from stickslip.measurement.disturbances.converter_steps import coarse_step, note_on_steps
 from stickslip.measurement.disturbances.low_pass import (
     behind_low_pass,
     noise_colour_of,
@@ -22,13 +23,13 @@ from stickslip.measurement.disturbances.ripple_removal import without_ripple
 from stickslip.measurement.disturbances.zero_drift import note_on_drift, zero_drift
 from stickslip.measurement.disturbances.zero_jump import ZeroJump, note_on_jumps, zero_error
 from stickslip.measurement.indirect.consistency import (
-    at_one_speed,
     check_rise,
-    few_samples,
-    inertia,
-    overtaking,
-    unlike_stated_noise,
-    while_driven,
+    notes_on_few_samples,
+    notes_on_inertia,
+    notes_on_overtaking,
+    notes_on_stated_noise,
+    part_at_one_speed,
+    part_while_driven,
 )
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.draft_fit import fit_draft
@@ -45,7 +46,6 @@ from stickslip.measurement.indirect.sticks import Stick, creep_delay, find_flank
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.regime import regime_notes
 from stickslip.measurement.rigs.rig import Rig
-from stickslip.measurement.signals.converter_steps import coarse_step, note_on_steps
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.spectra import Line
 
@@ -90,9 +90,9 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
     if extension.jumps:
         part, why = _between_jumps(record, rig, o, extension.jumps)
     else:
-        part, why = while_driven(record, o, presmoothed, flanks)
+        part, why = part_while_driven(record, o, presmoothed, flanks)
     if not why:
-        part, why = at_one_speed(record, o, x, weight, flanks)
+        part, why = part_at_one_speed(record, o, x, weight, flanks)
     if why:
         weights = None if record.weight is None else record.weight[part]
         driven = replace(record, time=time[part], signal=record.signal[part], weight=weights)
@@ -140,7 +140,7 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
         friction = ripple.returned(friction, sticks)
         notes.append(ripple.note(o, units))
     notes += why
-    few = few_samples(record, o, units) if sticks and rigid else []
+    few = notes_on_few_samples(record, o, units) if sticks and rigid else []
     notes += few
     if sticks and not rigid:
         notes += smaller
@@ -151,7 +151,7 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
             f"sudden break-away is {delay:.2g}{unit_suffix(units.time)} earlier, which the errors of break-aways hold unless "
             "they scatter far more"
         )
-    notes += [*overtaking(friction, presmoothed.rate_error), *unlike_stated_noise(friction, record, rig)]
+    notes += [*notes_on_overtaking(friction, presmoothed.rate_error), *notes_on_stated_noise(friction, record, rig)]
     if sticks:
         per_reading = abs(rig.force_unit) * (o.stiffness / extension.stiffness)
         if coarse := coarse_step(record.signal[weight > 0], friction.noise * o.stiffness / per_reading):
@@ -180,7 +180,7 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
     line = draft.line(friction.slip_acceleration)
     # the pull of other masses has its own lines; of steady slip there is noise
     if alone and found.kind not in ("stable_slip", "at_rest"):
-        notes += inertia(friction, rig, slow, line)
+        notes += notes_on_inertia(friction, rig, slow, line)
     ends = np.array([stick.end for stick in sticks])
     if found.kind == "stick_slip" and ends.size >= 3:
         line = draft.line(friction.slip_acceleration, 1 / float(np.median(np.diff(ends))))

@@ -9,6 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import binary_closing, median_filter, uniform_filter1d
 
+from stickslip.measurement.signals.sample_runs import runs_of
+
 Array = npt.NDArray[np.float64]
 
 MAD_TO_SIGMA = 1.4826
@@ -102,17 +104,7 @@ def lone_spikes(force: Array, noise: float, speed: Array) -> npt.NDArray[np.bool
     return found
 
 
-def stretches(mask: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and one past the last index of every run of True.
-
-    >>> stretches(np.array([True, False, True, True]))
-    [(0, 1), (2, 4)]
-    """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-
-
-def piled(upward: Array, fewest: int) -> bool:
+def piles_up(upward: Array, fewest: int) -> bool:
     """Whether readings pile up at the largest value, as those of an instrument do whose range ends there.
 
     They do where at least five times as many have it as each of the five values below it.
@@ -123,7 +115,7 @@ def piled(upward: Array, fewest: int) -> bool:
     fewest : so many of them at least, and of values: the more, the less else speaks for an end of the range.
 
     >>> saw = np.arange(1000) % 50 / 50.0
-    >>> piled(saw, 6), piled(np.minimum(saw, 0.84), 6)
+    >>> piles_up(saw, 6), piles_up(np.minimum(saw, 0.84), 6)
     (False, True)
     """
     values, counts = np.unique(upward, return_counts=True)
@@ -133,7 +125,7 @@ def piled(upward: Array, fewest: int) -> bool:
 def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     """Samples at the end of an instrument's range, where it would have read on.
 
-    The readings at the largest (or the smallest) value are taken for clipped where they pile up there (:func:`piled`), and
+    The readings at the largest (or the smallest) value are taken for clipped where they pile up there (:func:`piles_up`), and
     where the line through the samples before a run of at least three of them goes on, for the most of them, by more than five
     sigmas. So are those of an amplifier that saturates ahead of the converter, whose flats
     have the noise of the rest: the readings of the highest band of noise, where they are as many, scatter in runs of at
@@ -159,7 +151,7 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
         return found
     for upward in (signal, -signal):
         end = float(upward.max())
-        if piled(upward, FEWEST):
+        if piles_up(upward, FEWEST):
             at_end, least = upward == end, 3
         else:
             at_end, least = upward > end - BAND * noise, FLAT
@@ -169,7 +161,7 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
             end = float(np.median(upward[at_end]))
             # A reading beyond the band of noise parts no flat.
             at_end = binary_closing(at_end, np.ones(3, bool))
-        runs = [(a, b) for a, b in stretches(at_end) if a >= 8 and b - a >= least]
+        runs = [(a, b) for a, b in runs_of(at_end) if a >= 8 and b - a >= least]
         if least == FLAT and not (runs and _flat([upward[a:b] for a, b in runs], end, noise)):
             continue
         onwards = [_onwards(upward, a, b) > end + 5 * noise for a, b in runs]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.measurement.signals.noise import piled
+from stickslip.measurement.signals.noise import piles_up
 
 Array = npt.NDArray[np.float64]
 
@@ -56,7 +56,7 @@ def reading_faults(readings: Array, time: Array, *, noisy: bool) -> list[str]:
     ends = []
     for which, side in (("largest", 1), ("smallest", -1)):
         end = side * (side * readings).max()
-        if end == 0 or not piled(side * readings, FEWEST):
+        if end == 0 or not piles_up(side * readings, FEWEST):
             continue
         ends.append(end)
         at_end = readings == end

@@ -23,7 +23,7 @@ SAME = 0.1
 """So much a force without its sign may differ between the two senses of the slip."""
 
 
-def unsigned(speed: Array, force: Array, source: str) -> list[str]:
+def notes_on_signs(speed: Array, force: Array, source: str) -> list[str]:
     """Refuse a speed without its sign, and say where the force has none.
 
     A speed is unsigned where the friction turns its sign, the speed never does, and at nine of ten turns the speed is near
@@ -43,9 +43,9 @@ def unsigned(speed: Array, force: Array, source: str) -> list[str]:
     Examples
     --------
     >>> t = np.arange(0, 20, 0.01)
-    >>> unsigned(np.sin(t), 3 * np.sign(np.sin(t)), "r")
+    >>> notes_on_signs(np.sin(t), 3 * np.sign(np.sin(t)), "r")
     []
-    >>> unsigned(np.abs(np.sin(t)), 3 * np.sign(np.sin(t)), "r")  # doctest: +ELLIPSIS
+    >>> notes_on_signs(np.abs(np.sin(t)), 3 * np.sign(np.sin(t)), "r")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     stickslip.errors.InputError: r: the force turns its sign 6 times and the speed, near zero at each of them, never does...
     """

@@ -31,7 +31,7 @@ from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.noise import lone_spikes, noise_level
-from stickslip.measurement.signals.signs import unsigned
+from stickslip.measurement.signals.signs import notes_on_signs
 from stickslip.measurement.signals.spectra import main_line
 
 Array = npt.NDArray[np.float64]
@@ -132,7 +132,7 @@ def _run(record: Samples, bench: Bench) -> DirectRun:
     clock_offset = bench.maybe("clock_offset") or 0.0
     notes += notes_on_lag(record, motion, clock_offset)
     friction = force - inertia * motion.acceleration
-    notes += unsigned(motion.w, friction, record.source)
+    notes += notes_on_signs(motion.w, friction, record.source)
     accelerated = np.hypot(motion.acceleration_error, record.scale_error * motion.acceleration)
     error = np.hypot(noise_level(force), inertia * accelerated)
     if inertia == 0.0:

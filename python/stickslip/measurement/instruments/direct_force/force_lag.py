@@ -14,7 +14,7 @@ from stickslip.measurement.instruments.instrument import Samples
 from stickslip.measurement.signals.clock_offset import Offset
 from stickslip.measurement.signals.lag_at_slips import FEWEST_SLIPS, lag_at_slips, note_on_lag_at_slips
 from stickslip.measurement.signals.lag_over_speed import lag_over_speed
-from stickslip.measurement.signals.noise import stretches
+from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.smooth import jerk_spline
 
 Array = npt.NDArray[np.float64]
@@ -41,7 +41,7 @@ def lag_between_sticks(record: Samples, motion: DirectMotion, stuck: npt.NDArray
 
     One whose error is larger than half a step and than a fifth of itself is not given.
     """
-    w, sticks = motion.w, stretches(stuck)
+    w, sticks = motion.w, runs_of(stuck)
     middles = [(first + last) // 2 for first, last in sticks]
     ways = {bool(np.mean(w[one[1] : other[0]]) > 0) for one, other in pairwise(sticks) if one[1] < other[0]}
     if len(middles) <= FEWEST_SLIPS or len(ways) != 1:

@@ -11,7 +11,8 @@ from scipy.special import ndtr
 
 from stickslip.measurement.instruments.direct_force.direct_run import DirectRun
 from stickslip.measurement.result import event_table
-from stickslip.measurement.signals.noise import noise_level, stretches
+from stickslip.measurement.signals.noise import noise_level
+from stickslip.measurement.signals.sample_runs import runs_of
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -30,17 +31,17 @@ def stuck_samples(w: Array, level: float, error: Array) -> Mask:
     """
     slow, near = np.abs(w) < level, np.abs(w) < 2 * level
     stuck = slow.copy()
-    for first, last in stretches(near):
+    for first, last in runs_of(near):
         inside = np.flatnonzero(slow[first:last])
         if len(inside):
             stuck[first + inside[0] : first + inside[-1] + 1] = True
-    for first, last in stretches(stuck):
+    for first, last in runs_of(stuck):
         at_rest = max(float(np.quantile(np.abs(w[first:last]), 0.25)) / QUARTILE, float(np.median(error[first:last])))
         resting = first + np.flatnonzero(np.abs(w[first:last]) < CLEAR * at_rest)
         stuck[first:last] = False
         if resting.size:
             stuck[resting[0] : resting[-1] + 1] = True
-    for first, last in stretches(stuck):
+    for first, last in runs_of(stuck):
         if last - first < 3:
             stuck[first:last] = False
     return stuck
@@ -85,7 +86,7 @@ def break_aways_of(run: DirectRun) -> xr.Dataset:
     """
     time, w, force = run.record.time, run.motion.w, run.force
     noise, scatter = float(np.median(run.error)), noise_level(force)
-    sticks = stretches(run.stuck)
+    sticks = runs_of(run.stuck)
     rows: list[list[float]] = []
     for number, (first, last) in enumerate(sticks):
         if last >= len(time):
