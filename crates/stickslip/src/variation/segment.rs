@@ -290,7 +290,7 @@ impl<'a> VariedMotion<'a> {
         for &c in &held.contacts {
             if contacts[c].other.is_none() {
                 // To the last digit.
-                state.numbers[self.layout.v(contacts[c].mass)] = drives[c].clone();
+                state.numbers[self.layout.v(contacts[c].mass)].clone_from(&drives[c]);
             }
         }
     }
