@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -40,14 +40,7 @@ def requested_guess(kind: type[Law], start: Law | None, evidence: Evidence, opti
     names = [name for name in names if name not in fixed]
     if not names:
         raise InputError("identify: no parameter is left to fit; give fewer in fixed, or more in free")
-    laws: list[Law] = []
-    for candidate in [guess.law, *guess.candidates]:
-        try:
-            laws.append(with_values(candidate, fixed))
-        except InputError as error:
-            reason = error
-    if not laws:
-        raise InputError(f"identify: the values that are held fixed do not make a law: {reason}")
+    law, *candidates = _laws_with(guess, lambda _: fixed, "the values that are held fixed do not make a law")
     notes = list(guess.notes)
     tied = {*names, *fixed, *guess.ties}
     held = {name: maybe(guess.law, name) for name in pointers(guess.law) if name not in tied}
@@ -58,9 +51,9 @@ def requested_guess(kind: type[Law], start: Law | None, evidence: Evidence, opti
         notes.append("Held fixed as asked: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".")
     guessed = {name: error for name, error in guess.guessed.items() if name not in [*names, *fixed]}
     held_notes = {name: note for name, note in guess.held.items() if name not in fixed}
-    starts = [with_values(law, fixed) for law in guess.starts]
+    starts = [with_values(one, fixed) for one in guess.starts]
     wider = [name for name in guess.wider if name not in [*names, *fixed]]
-    return Guess(laws[0], names, guess.ties, notes, laws[1:], guess.bounds, guessed, held_notes, wider, starts)
+    return Guess(law, names, guess.ties, notes, candidates, guess.bounds, guessed, held_notes, wider, starts)
 
 
 def _with_ties(guess: Guess, asked: list[str] | None, ties: Mapping[str, str] | None) -> Guess:
@@ -99,13 +92,22 @@ def within_bounds(guess: Guess, bounds: Mapping[str, tuple[float, float]]) -> Gu
             raise InputError(
                 f"identify: the bounds of {name} must be the lower and the higher value, got {low:g} and {high:g}"
             )
+
+    def inside(law: Law) -> dict[str, float]:
+        return {name: float(np.clip(value(law, name), *bounds[name])) for name in bounds}
+
+    law, *candidates = _laws_with(guess, inside, "within these bounds there is no law to begin with")
+    return replace(guess, law=law, candidates=candidates, bounds=guess.bounds | dict(bounds))
+
+
+def _laws_with(guess: Guess, numbers: Callable[[Law], Mapping[str, float]], refusal: str) -> list[Law]:
+    """The law and the candidates of a guess with other numbers, those that are laws; refused where none is."""
     laws: list[Law] = []
     for law in [guess.law, *guess.candidates]:
-        inside = {name: float(np.clip(value(law, name), *bounds[name])) for name in bounds}
         try:
-            laws.append(with_values(law, inside))
+            laws.append(with_values(law, numbers(law)))
         except InputError as error:
             reason = error
     if not laws:
-        raise InputError(f"identify: within these bounds there is no law to begin with: {reason}")
-    return replace(guess, law=laws[0], candidates=laws[1:], bounds=guess.bounds | dict(bounds))
+        raise InputError(f"identify: {refusal}: {reason}")
+    return laws

@@ -98,18 +98,13 @@ def _alike(values: Array) -> npt.NDArray[np.intp]:
     return found
 
 
-def _motion(record: Samples) -> tuple[Array, Array, float]:
-    smooth = jerk_spline(record.time, record["displacement"], cutoff=None)
-    return smooth.v, smooth.a, smooth.noise
-
-
 def _series(record: Samples, area: float, error: float) -> dict[str, tuple[npt.NDArray[np.generic], str]]:
-    v, a, _ = _motion(record)
+    smooth = jerk_spline(record.time, record["displacement"])
     friction = record["force"] - area * record["pressure"]
     return {
         "time": (record.time, "s"),
-        "slip_velocity": (v, "m/s"),
-        "slip_acceleration": (a, "m/s^2"),
+        "slip_velocity": (smooth.v, "m/s"),
+        "slip_acceleration": (smooth.a, "m/s^2"),
         "force": (friction, "N"),
         "force_error": (np.full(len(friction), error), "N"),
         "stuck": (np.zeros(len(friction), dtype=bool), "1"),
@@ -121,7 +116,7 @@ def _run(record: Samples, area: float, bench: Bench) -> dict[str, float]:
     """Levels of one run, stroke by stroke."""
     x, friction = record["displacement"], record["force"] - area * record["pressure"]
     low, high = bench.constants["range"]
-    v, _, _ = _motion(record)
+    v = jerk_spline(record.time, x).v
     inside = (x >= low) & (x <= high)
     levels: dict[int, list[float]] = {1: [], -1: []}
     errors: dict[int, list[float]] = {1: [], -1: []}
