@@ -371,7 +371,7 @@ def test_numbers_that_make_no_law_are_farther_than_any_motion():
     assert fit.cost(np.append(here, shift)) < fit.cost(wild) < fit.cost(barred) < np.inf
 
 
-def test_what_a_fit_of_motions_tells_is_no_longer_called_notes_on_uncertain_numbers(first):
+def test_what_a_fit_of_motions_tells_is_no_longer_called_undecided(first):
     alike = first.covariance.copy()
     alike.iloc[0, 1] = alike.iloc[1, 0] = 0.995 * np.sqrt(np.diag(alike)).prod()
     told = notes_on_uncertain_numbers(first.parameters, alike)

@@ -10,7 +10,7 @@ import stickslip as ss
 from stickslip.identification import identify
 from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.records import read_records
-from stickslip.measurement import Rig, measure
+from stickslip.measurement import Rig, measure, motion
 from stickslip.measurement.indirect.stick_limits import FINEST, _OneStick, _peak
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
@@ -207,7 +207,9 @@ def test_a_drive_that_stops_is_said_and_that_stretch_is_not_measured(moment):
     x = np.concatenate([before, np.full(rest, level), after]) + 3e-3 * np.random.default_rng(1).standard_normal(
         len(before) + rest + len(after)
     )
-    friction = measure({"t": STEP * np.arange(len(x)), "x": x}, RIG)
+    seen = {"t": STEP * np.arange(len(x)), "x": x}
+    friction = measure(seen, RIG)
+    np.testing.assert_array_equal(motion(seen, RIG)["time"], friction["time"])
     (said,) = [note for note in friction.attrs["notes"] if note.startswith("the drive seems to stop")]
     longest = max((before, after), key=len)
     assert abs(len(friction["time"]) - len(longest)) < 12

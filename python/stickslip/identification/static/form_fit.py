@@ -114,7 +114,7 @@ def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
     together = late[:, None] * (rows["record"].to_numpy()[:, None] == rows["record"].unique())
     starts = [np.array(start) for start in (form.start, *form.others)]
     on_line = rows["on_line"].to_numpy()
-    aside = np.minimum(_aside_of_the_line(rows), stated)
+    aside = np.minimum(_beside_loading_line(rows), stated)
     beside = Beside.of(time, rate)
 
     def in_errors(numbers: Array, sigma: Array) -> Array:
@@ -174,7 +174,7 @@ def _fit(rows: pd.DataFrame, form: Form, zero: float) -> StaticFit:
     )
 
 
-def _aside_of_the_line(rows: pd.DataFrame) -> Array:
+def _beside_loading_line(rows: pd.DataFrame) -> Array:
     """The part of the stated errors of force that is no error of the time at which the stick ends."""
     stated, end = (rows[name].fillna(0.0) if name in rows else 0.0 for name in ("force_error", "t_error"))
     square = stated**2 - (rows["force_rate"].abs().fillna(0.0) * end) ** 2

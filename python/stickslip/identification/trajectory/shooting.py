@@ -183,7 +183,7 @@ def _result(
     free, count = shots.free, len(shots.free.names)
     covariance = refined.covariance[:count, :count]
     if isinstance(shots, SingleShooting) and shots.misses(refined.motions):
-        apart, said = _apart(first, free, refined)
+        apart, said = _fits_differ(first, free, refined)
         covariance = covariance + np.outer(apart, apart) + np.diag(_lacking(first, free, refined) ** 2)
         notes = [*notes, *said]
     parameters, full = free.estimate(refined.numbers, covariance, refined.freedom)
@@ -219,7 +219,7 @@ def _result(
     )
 
 
-def _apart(first: Identification, free: LawParameters, refined: Refined) -> tuple[Array, list[str]]:
+def _fits_differ(first: Identification, free: LawParameters, refined: Refined) -> tuple[Array, list[str]]:
     """How far the motions took each number from where forces and break-aways had it, beyond the errors of both; in words too.
 
     Zero where they agree. Two ways through one record that disagree show that the law has not the form of the friction: the

@@ -12,7 +12,7 @@ from stickslip.errors import InputError
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.force import Friction, likeliest_inertia, restoring_excess
 from stickslip.measurement.indirect.stick_limits import BLUR, FEW
-from stickslip.measurement.indirect.sticks import Flanks, Presmoothed, own_period
+from stickslip.measurement.indirect.sticks import Flanks, Presmoothed, natural_period
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.noise import MAD_TO_SIGMA, line_excess, mains_hum
@@ -56,7 +56,7 @@ def check_sampling(record: Record, rig: Rig) -> None:
 
 def notes_on_few_samples(record: Record, oscillator: OscillatorConstants, units: RigUnits) -> list[str]:
     """Whether the samples are too few for break-aways to be placed to less than a sample."""
-    period = own_period(oscillator)
+    period = natural_period(oscillator)
     if period >= FEW * record.step:
         return []
     return [
@@ -93,13 +93,13 @@ def part_while_driven(
     if len(flanks.limits) < 3 or slow > fast / 2:
         return slice(None), []
     cycle = float(np.median(np.diff([time[last] for _, last in flanks.limits])))
-    near = max(round((own_period(o) / 2 + 0.2 / presmoothed.cutoff) / record.step), 2)
+    near = max(round((natural_period(o) / 2 + 0.2 / presmoothed.cutoff) / record.step), 2)
     stops: list[tuple[int, int]] = []
     for first, last in runs_of(np.abs(rate) < slow):
         sides = ([rate[max(first - near, 0) : first]] if first > 0 else []) + (
             [rate[last : last + near]] if last < len(rate) else []
         )
-        lasts = time[last - 1] - time[first] > max(LASTING * cycle, 2 * own_period(o))
+        lasts = time[last - 1] - time[first] > max(LASTING * cycle, 2 * natural_period(o))
         if lasts and sides and all(np.abs(side).max() > fast for side in sides):
             stops.append((first, last))
     if not stops:

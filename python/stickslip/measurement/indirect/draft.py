@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.measurement.indirect.sticks import Flanks, Presmoothed, own_period
+from stickslip.measurement.indirect.sticks import Flanks, Presmoothed, natural_period
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.spectra import Line, main_line
 
@@ -52,7 +52,7 @@ class Draft:
     @property
     def knots(self) -> float:
         """Distance in s of the knots in a slip."""
-        return max(min(own_period(self.oscillator) / 25, 0.2 / self.presmoothed.cutoff), 2 * self.step)
+        return max(min(natural_period(self.oscillator) / 25, 0.2 / self.presmoothed.cutoff), 2 * self.step)
 
     @property
     def blur(self) -> float:

@@ -12,7 +12,13 @@ from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction, friction_force
 from stickslip.measurement.indirect.hidden_fall import with_hidden_fall
 from stickslip.measurement.indirect.stick_limits import refine_sticks
-from stickslip.measurement.indirect.sticks import Stick, creeping_sticks, cutoff_limits, own_period, rigid_candidates
+from stickslip.measurement.indirect.sticks import (
+    Stick,
+    creeping_sticks,
+    cutoff_limits,
+    natural_period,
+    rigid_candidates,
+)
 from stickslip.measurement.regime import Regime, regime, slow_share
 from stickslip.measurement.signals.piecewise_fit import Kind, Part, PiecewiseFit
 from stickslip.measurement.signals.sample_runs import runs_of
@@ -54,11 +60,11 @@ def fit_draft(draft: Draft, sticking: bool = True) -> DraftFit:
 def fit_rigid_sticks(draft: Draft) -> tuple[list[Stick], PiecewiseFit, bool]:
     """Alternate between the limits of the sticks and the cut-off of the slips; `soft` as of `refine_sticks`."""
     time, presmoothed, o = draft.time, draft.presmoothed, draft.oscillator
-    sticks = rigid_candidates(presmoothed, draft.flanks, o.drive_velocity, 1 / own_period(o))
+    sticks = rigid_candidates(presmoothed, draft.flanks, o.drive_velocity, 1 / natural_period(o))
     cutoff = presmoothed.cutoff
     step = float(time[1] - time[0])
     soft: bool | None = None
-    for span in (max(8 * step, 0.06 * own_period(o)), 3 * step):
+    for span in (max(8 * step, 0.06 * natural_period(o)), 3 * step):
         model = SlipModel(time, draft.path, draft.weight, o, draft.noise, draft.knots, cutoff)
         sticks, soft = refine_sticks(model, sticks, span, soft)
         fit = fit_pieces(draft, sticks, rigid=True)
@@ -72,7 +78,7 @@ def fit_rigid_sticks(draft: Draft) -> tuple[list[Stick], PiecewiseFit, bool]:
 def fit_pieces(draft: Draft, sticks: list[Stick], rigid: bool) -> PiecewiseFit:
     """Fit the record in pieces that end at the limits of the sticks, each part with its likeliest cut-off."""
     time, oscillator, knots = draft.time, draft.oscillator, draft.knots
-    period = own_period(oscillator)
+    period = natural_period(oscillator)
     rest: Kind = "rigid" if rigid else "creep"
     breaks: list[float] = [float(time[0])]
     kinds: list[Kind] = []

@@ -12,7 +12,7 @@ from scipy.special import logsumexp
 
 from stickslip.measurement.indirect.force import Friction, Release
 from stickslip.measurement.indirect.stick_limits import FEW
-from stickslip.measurement.indirect.sticks import Stick, own_period
+from stickslip.measurement.indirect.sticks import Stick, natural_period
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 
 Array = npt.NDArray[np.float64]
@@ -114,7 +114,7 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
             error += share * _off_curve(friction, slips, curve) ** 2
     changed = replace(friction, force_error=np.hypot(friction.force_error, np.sqrt(error)))
     without = np.array([curve.without for curve in curves])
-    if logsumexp(evidences) > logsumexp(without) or own_period(o) < FEW * fit.step:
+    if logsumexp(evidences) > logsumexp(without) or natural_period(o) < FEW * fit.step:
         held = sum(slip.error**2 for slip in slips) / len(slips) ** 2
         return replace(changed, late=math.sqrt(max(UNEVEN**2 * late - held, 0.0)))
     shares = np.exp(without - logsumexp(without))
@@ -226,7 +226,7 @@ def _limits(friction: Friction, sticks: list[Stick]) -> list[_Limits]:
     """Slips whose break-aways are in the record and sure, of those with samples enough."""
     fit = friction.fit
     ends = [*(stick.start - fit.step for stick in sticks[1:]), float(fit.time[-1])]
-    longest = LONGEST * own_period(fit.oscillator)
+    longest = LONGEST * natural_period(fit.oscillator)
     seen = []
     for stick, end in zip(sticks, ends, strict=True):
         length = min(end - stick.end, longest)

@@ -42,7 +42,14 @@ from stickslip.measurement.indirect.recalibration import (
     rigid_sticks,
 )
 from stickslip.measurement.indirect.stick_limits import BLUR
-from stickslip.measurement.indirect.sticks import Stick, creep_delay, find_flanks, own_period, presmooth, stick_slope
+from stickslip.measurement.indirect.sticks import (
+    Stick,
+    creep_delay,
+    find_flanks,
+    natural_period,
+    presmooth,
+    stick_slope,
+)
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.regime import regime_notes
 from stickslip.measurement.rigs.rig import Rig
@@ -175,7 +182,7 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
         # Break-aways that scatter by far more do not feel it.
         if not levels.size or o.drive_velocity * late > FELT * float(np.std(levels)):
             friction = friction.with_late_error(late)
-    cycles, per_period = len(flanks.limits), own_period(o) / record.step
+    cycles, per_period = len(flanks.limits), natural_period(o) / record.step
     notes += regime_notes(found, slow, stated.blur, rigid, len(sticks), cycles, per_period)
     line = draft.line(friction.slip_acceleration)
     # the pull of other masses has its own lines; of steady slip there is noise

@@ -16,7 +16,7 @@ from stickslip.measurement.indirect.sticks import (
     StickSlope,
     creeping_sticks,
     is_rigid,
-    own_period,
+    natural_period,
     rigid_candidates,
     rigid_slope,
     stick_slope,
@@ -97,7 +97,7 @@ def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: 
 def rigid_sticks(draft: Draft, speed: float) -> tuple[list[Stick], StickSlope | None, bool]:
     """Where a mass that does not creep may stick on a drive of this speed, their slope, and whether it rests there."""
     samples = draft.time, draft.extension, draft.weight
-    trial = rigid_candidates(draft.presmoothed, draft.flanks, speed, 1 / own_period(draft.oscillator))
+    trial = rigid_candidates(draft.presmoothed, draft.flanks, speed, 1 / natural_period(draft.oscillator))
     slope = rigid_slope(*samples, trial, draft.noise) if trial else None
     return trial, slope, slope is not None and is_rigid(*samples, trial, slope.value, draft.noise)
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.linalg import LinAlgError
 from scipy.optimize import minimize, minimize_scalar
 
-from stickslip.measurement.indirect.sticks import Stick, own_period
+from stickslip.measurement.indirect.sticks import Stick, natural_period
 from stickslip.measurement.signals.slip_evidence import Evidence, SlipModel, integrated_evidence
 
 Array = npt.NDArray[np.float64]
@@ -98,7 +98,7 @@ def refine_sticks(
     -------
     sticks, soft : with `soft` if the force does not jump at the break-away.
     """
-    reach = max(own_period(model.oscillator) / 4, (MARGIN + LATEST) * model.step)
+    reach = max(natural_period(model.oscillator) / 4, (MARGIN + LATEST) * model.step)
     stretches: list[_OneStick] = []
     for number, stick in enumerate(sticks):
         low, high = float(model.time[0]), float(model.time[-1])
@@ -416,11 +416,11 @@ class _OneStick:
             end, end_error = self._centre(
                 lambda to: self.values(np.array([start]), to).ravel(), ends, table[row], self.soft
             )
-            if own_period(self.model.oscillator) < FEW * step:
+            if natural_period(self.model.oscillator) < FEW * step:
                 end_error = math.hypot(end_error, BLUR * step)
         best = min(best, self.values(np.array([start]), np.array([end])).item())
         # no slip looks like rest for as long as the free mass takes to swing to and fro
-        if (stick.starts or stick.ends) and end - start < own_period(self.model.oscillator):
+        if (stick.starts or stick.ends) and end - start < natural_period(self.model.oscillator):
             without = min(
                 model.slip(self.low, self.high, self.origin, "nowhere").integrated()
                 for model in (self.model, before, after)

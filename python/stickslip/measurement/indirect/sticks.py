@@ -76,7 +76,7 @@ def presmooth(
     time: Array, extension: Array, weight: Array, oscillator: OscillatorConstants, noise: float
 ) -> Presmoothed:
     """Smooth the whole record as one slip; the cut-off is the likeliest on stretches spread over the record."""
-    period = own_period(oscillator)
+    period = natural_period(oscillator)
     step = float((time[-1] - time[0]) / (len(time) - 1))
     # a short record may be worth a finer look than a long one can afford
     knots = max(period / (50 if len(time) < 50_000 else 25), 2 * step)
@@ -107,14 +107,14 @@ def presmooth(
     return Presmoothed(time, smooth, rate, rate_error, cutoff, noise)
 
 
-def own_period(oscillator: OscillatorConstants) -> float:
+def natural_period(oscillator: OscillatorConstants) -> float:
     """Period of the free mass on its spring, in s."""
     return 2 * math.pi * math.sqrt(oscillator.mass / oscillator.stiffness)
 
 
 def cutoff_limits(oscillator: OscillatorConstants, step: float, knots: float) -> tuple[float, float]:
     """Cut-offs (Hz) worth trying for slips: above the free oscillation, below what knots and samples resolve."""
-    low = 1.5 / own_period(oscillator)
+    low = 1.5 / natural_period(oscillator)
     return low, max(min(0.3 / step, 0.5 / knots), 2 * low)
 
 

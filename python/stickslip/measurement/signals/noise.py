@@ -164,14 +164,14 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
         runs = [(a, b) for a, b in runs_of(at_end) if a >= 8 and b - a >= least]
         if least == FLAT and not (runs and _flat([upward[a:b] for a, b in runs], end, noise)):
             continue
-        onwards = [_onwards(upward, a, b) > end + 5 * noise for a, b in runs]
+        onwards = [_extrapolated(upward, a, b) > end + 5 * noise for a, b in runs]
         # One alone may be where a drive stops.
         if np.sum(onwards) >= 2 and np.average(onwards, weights=[b - a for a, b in runs]) > 0.5:
             found |= at_end
     return found
 
 
-def _onwards(upward: Array, first: int, last: int) -> float:
+def _extrapolated(upward: Array, first: int, last: int) -> float:
     """Where the line through as many samples before a run, 8 to 100, is half as far on."""
     count = min(max(last - first, 8), 100, first)
     line = np.polyfit(np.arange(-count, 0), upward[first - count : first], 1)
