@@ -48,8 +48,8 @@ def lack_of_fit(problem: Problem, law: Law, offset: float = 0.0) -> list[str]:
         path = np.abs(motion.slip_velocity[moving])
         weight = path / path.sum() if path.sum() > 0 else np.full(path.size, 1 / path.size)
         sense = np.where(motion.slip_velocity[moving] < 0, -1.0, 1.0)
-        rest = sense * (record.force - predicted - offset)[moving]
-        off.append(float(weight @ rest))
+        residuals = sense * (record.force - predicted - offset)[moving]
+        off.append(float(weight @ residuals))
         levels.append(float(weight @ np.abs(record.force[moving])))
         driven.append(float(weight @ (sense * predicted[moving] < 0)))
         ranges = _speed_ranges(motion)
@@ -129,10 +129,10 @@ def _force_of_the_position(problem: Problem, law: Law, offset: float) -> list[st
         if motion.indirect or record.displacement is None or not record.both_senses():
             continue
         w, x = motion.slip_velocity[clear], record.displacement[clear]
-        rest = (record.force - motion.replay(law) - offset)[clear]
+        residuals = (record.force - motion.replay(law) - offset)[clear]
         sense, none = np.where(w < 0, -1.0, 1.0), np.full(w.size, np.nan)
         turning = record.units.get("slip_velocity") == "rad/s"
-        rows = Rows(w, rest, np.ones(w.size), none, x, np.full(w.size, record.name), True, turning=turning)
+        rows = Rows(w, residuals, np.ones(w.size), none, x, np.full(w.size, record.name), True, turning=turning)
         levels = np.stack([sense, np.ones(w.size)], axis=1)
         of_position = np.stack([np.sin(x), np.cos(x)] if turning else [x - x.mean()], axis=1)
         alone, beside = (linear_losses(rows, part) for part in (levels, np.hstack([levels, of_position])))

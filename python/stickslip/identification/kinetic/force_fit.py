@@ -95,7 +95,7 @@ def fit_forces(problem: Problem, start: Law) -> ForceFit:
     record_scatter = _record_scatter(problem, groups, common)
     apart = np.hypot(record_scatter, common)
     sigma, tau, _ = _scales(problem, groups, apart)
-    weights = [np.ones_like(rest) for rest in groups]
+    weights = [np.ones_like(residuals) for residuals in groups]
     assumed = _assumed(problem, sigma, tau, apart)
     for number in range(ROUNDS):
         factor = np.concatenate([w / a for w, a in zip(weights, assumed, strict=True)])
@@ -105,8 +105,8 @@ def fit_forces(problem: Problem, start: Law) -> ForceFit:
         apart = np.hypot(record_scatter, common)
         sigma, tau, together = _scales(problem, groups, apart)
         weights = [
-            (1 + (rest / (OUTLIER * np.hypot(s, b))) ** 2) ** -0.25
-            for rest, s, b in zip(groups, sigma, apart, strict=True)
+            (1 + (residuals / (OUTLIER * np.hypot(s, b))) ** 2) ** -0.25
+            for residuals, s, b in zip(groups, sigma, apart, strict=True)
         ]
         if number < ROUNDS - 1:
             assumed = _assumed(problem, sigma, tau, apart)
@@ -151,9 +151,9 @@ def _scales(
     """
     sigma, tau, together = [], [], []
     for (_, kind), group, stated, shifted in zip(problem.groups, groups, problem.stated, apart > 0, strict=True):
-        rest = group - float(np.median(group)) if shifted else group
-        spread = robust_scale(rest)
-        inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if rest.size >= FEWEST_ROWS else 0.0
+        residuals = group - float(np.median(group)) if shifted else group
+        spread = robust_scale(residuals)
+        inner = math.sqrt(max(spread**2 - float(np.median(stated**2)), 0.0)) if residuals.size >= FEWEST_ROWS else 0.0
         if not stated.any():
             inner = spread
         # Exact data have no scatter: below this rounding would be fitted.
@@ -161,14 +161,14 @@ def _scales(
         row = np.maximum(np.hypot(stated, inner), floor)
         # Rows whose stated errors are too small or too large for their scatter: believe the scatter.
         alone, by_chance = 0.0, BY_CHANCE if kind == "break-away" else 1.0
-        if rest.size >= FEWEST_ROWS:
-            scale = clipped_scale(rest / row)
+        if residuals.size >= FEWEST_ROWS:
+            scale = clipped_scale(residuals / row)
             alone = min(scale**2, 1.0) * float(np.median((stated / row) ** 2)) if kind == "break-away" else 0.0
             row = np.maximum(row * scale, floor)
         elif stated.any():
-            row = row * math.sqrt((STATED + float(np.sum((rest / row) ** 2))) / (STATED + rest.size))
+            row = row * math.sqrt((STATED + float(np.sum((residuals / row) ** 2))) / (STATED + residuals.size))
         sigma.append(row)
-        tau.append(correlation_time(rest / row))
+        tau.append(correlation_time(residuals / row))
         together.append(1.0 + (max(tau[-1] / by_chance, 1.0) - 1.0) * (1.0 - alone))
     return sigma, tau, together
 
@@ -191,8 +191,8 @@ def _record_scatter(problem: Problem, groups: Sequence[Array], common: Sequence[
         centred = [groups[i] - mean for i, mean in zip(same, means, strict=True)]
         # the variance of a median is pi / 2 times that of a mean
         variances = [
-            0.5 * math.pi * robust_scale(rest) ** 2 * correlation_time(rest) / rest.size + common[i] ** 2
-            for i, rest in zip(same, centred, strict=True)
+            0.5 * math.pi * robust_scale(residuals) ** 2 * correlation_time(residuals) / residuals.size + common[i] ** 2
+            for i, residuals in zip(same, centred, strict=True)
         ]
         for i in same:
             found[i] = record_scatter(means, variances)
@@ -239,7 +239,7 @@ def _result(
             f"identify: {' and '.join(mixed)} of {type(problem.law).__name__} cannot be told apart with these records: hold "
             "one of them fixed, or add records at other drive velocities"
         )
-    edges = np.cumsum([0, *[len(rest) for rest in groups]])
+    edges = np.cumsum([0, *[len(residuals) for residuals in groups]])
     # Ordinary least squares with weights 1 / assumed, but residuals of variance σ² that go τ by τ: the sandwich.
     inner = (left / singular) @ right  # J (JᵀJ)⁻¹ in units of the columns
     together = [s**2 * t + len(s) * b**2 for s, t, b in zip(sigma, tau, record_scatter, strict=True)]

@@ -231,16 +231,16 @@ class Problem:
         """Root mean square of measured minus predicted kinetic force."""
         parts = []
         for motion in self.motions:
-            rest = motion.record.force - motion.replay(law) - offset
-            parts += [rest[a:b] for a, b in motion.stretches]
+            residuals = motion.record.force - motion.replay(law) - offset
+            parts += [residuals[a:b] for a, b in motion.stretches]
         return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else math.nan
 
     def cost(self, law: Law, scales: Sequence[Array] | None = None) -> float:
         """Sum over the groups of the mean of ρ(r / scale): a quick judgement between starting points."""
         total = 0.0
-        for i, rest in enumerate(self.residuals(law)):
-            scale = robust_scale(rest) if scales is None else scales[i]
-            total += float(np.mean(2 * (np.sqrt(1 + (rest / scale) ** 2) - 1)))
+        for i, residuals in enumerate(self.residuals(law)):
+            scale = robust_scale(residuals) if scales is None else scales[i]
+            total += float(np.mean(2 * (np.sqrt(1 + (residuals / scale) ** 2) - 1)))
         return total
 
     def jacobian(self, numbers: Array, residuals: Callable[[Array], Array]) -> Array:

@@ -235,11 +235,11 @@ class Motion:
         misfit : measured minus predicted force of every sample of the record.
         """
         rows = np.repeat(np.arange(len(self.stretches)), [b - a for a, b in self.stretches])
-        rest = np.concatenate([misfit[a:b] for a, b in self.stretches])
+        residuals = np.concatenate([misfit[a:b] for a, b in self.stretches])
         if not self.by_work:
-            return np.arange(rest.size), rest
+            return np.arange(residuals.size), residuals
         path = np.concatenate([np.abs(self.slip_velocity[a:b]) for a, b in self.stretches])
-        return rows, rest * path / np.maximum(np.bincount(rows, path)[rows], 1e-300)
+        return rows, residuals * path / np.maximum(np.bincount(rows, path)[rows], 1e-300)
 
     def _slopes(self, law: Law, predicted: Array) -> tuple[Array, Array | None, Array]:
         """F'(w) at each sample; change of friction with w at the last turn; what is known beforehand of open motions."""

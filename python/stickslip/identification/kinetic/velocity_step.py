@@ -151,7 +151,7 @@ def fit_velocity_step(
         """The least misfit; without a drift the one beside that with it."""
         reach = within if drifting is None else np.where(np.arange(STEP) == DRIFT, 1e-12, within)
 
-        def rest(numbers: Array) -> Array:
+        def residuals(numbers: Array) -> Array:
             return (measured - _model(numbers, form, t, position, speeds, ramp)) * weight
 
         def response(contact: Array) -> Array:
@@ -164,8 +164,8 @@ def fit_velocity_step(
             starts += [np.concatenate([contact, start[CONTACT:]]) for contact in tried]
         if states == 1 or drifting is None:
             limits = start - reach, start + reach
-            one = minimize(rest, starts, limits, scale=scale, step=1e-4, evaluations=FIRST)
-            one = minimize(rest, [one.vector], limits, scale=scale, step=1e-4, evaluations=EVALUATIONS)
+            one = minimize(residuals, starts, limits, scale=scale, step=1e-4, evaluations=FIRST)
+            one = minimize(residuals, [one.vector], limits, scale=scale, step=1e-4, evaluations=EVALUATIONS)
             if states == 1:
                 return one
             # Half of the effect to each length, the other a quarter of the one that fits alone or four times as long.
@@ -173,7 +173,9 @@ def fit_velocity_step(
             starts = [np.concatenate([half, [half[1], half[2] + by]]) for by in (-math.log(4), math.log(4))]
         size, more = (np.concatenate([values, values[1:3]]) for values in (scale, reach))
         middle = np.concatenate([start, [0.0, start[2]]])
-        found = minimize(rest, starts, (middle - more, middle + more), scale=size, step=1e-4, evaluations=EVALUATIONS)
+        found = minimize(
+            residuals, starts, (middle - more, middle + more), scale=size, step=1e-4, evaluations=EVALUATIONS
+        )
         return _longer_first(found)
 
     found = {form: fit(form) for form in ("aging", "slip")}

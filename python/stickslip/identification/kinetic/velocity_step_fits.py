@@ -434,8 +434,8 @@ class _Fit:
         """The means of all steps, from the friction before each and over its jump."""
         parts = []
         fitted = self._by_step(self._model(self.numbers))
-        rest = self._by_step(self.residuals / np.repeat(self.weights, np.diff(self._edges)))
-        for number, (step, model, off) in enumerate(zip(self.steps, fitted, rest, strict=True)):
+        residuals = self._by_step(self.residuals / np.repeat(self.weights, np.diff(self._edges)))
+        for number, (step, model, off) in enumerate(zip(self.steps, fitted, residuals, strict=True)):
             jump = step.jump
             data = {"step": number, "path": step.path, "measured": (model + off) / jump, "fitted": model / jump}
             parts.append(pd.DataFrame(data))

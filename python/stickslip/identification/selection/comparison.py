@@ -245,15 +245,15 @@ def held_back(
     for motion in problem.motions:
         usual = float(np.median(motion.record.force_error)) or 1.0
         weight = usual / np.maximum(motion.record.force_error, usual)
-        rest = weight * (motion.record.force - motion.replay(fitted.law) - constant)
-        compared = np.zeros(rest.size, dtype=bool)
+        residuals = weight * (motion.record.force - motion.replay(fitted.law) - constant)
+        compared = np.zeros(residuals.size, dtype=bool)
         for first, last in motion.stretches:
             compared[first:last] = True
-        kinetic.append(np.where(compared, rest, np.nan)[~motion.record.stuck])
+        kinetic.append(np.where(compared, residuals, np.nan)[~motion.record.stuck])
     groups = problem.residuals(fitted.law, constant)
     breaks = [
-        rest / problem.approach(fitted.law, number)
-        for (number, kind), rest in zip(problem.groups, groups, strict=True)
+        residuals / problem.approach(fitted.law, number)
+        for (number, kind), residuals in zip(problem.groups, groups, strict=True)
         if kind == "break-away"
     ]
     return np.concatenate(kinetic), np.concatenate(breaks) if breaks else np.zeros(0)

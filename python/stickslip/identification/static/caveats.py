@@ -70,8 +70,8 @@ def notes_on_unlike_records(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -
     Such a fit is a compromise; its intervals hold the scatter within the records and not what sets them apart.
     """
     fit = min((fits[name] for name in OF_STICK_TIME if name in fits), key=lambda fit: fit.criterion)
-    rest = pd.Series(fit.residuals, index=rows.index)
-    parts = [part.to_numpy() for _, part in rest.groupby(rows["record"]) if len(part) >= FEWEST_ROWS]
+    residuals = pd.Series(fit.residuals, index=rows.index)
+    parts = [part.to_numpy() for _, part in residuals.groupby(rows["record"]) if len(part) >= FEWEST_ROWS]
     if len(parts) < 2:
         return []
     middle = np.array([float(np.median(part)) for part in parts])
@@ -79,7 +79,11 @@ def notes_on_unlike_records(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -
     late = common_error(rows)
     error = np.hypot(
         error,
-        [float(np.median(late[part.index])) for _, part in rest.groupby(rows["record"]) if len(part) >= FEWEST_ROWS],
+        [
+            float(np.median(late[part.index]))
+            for _, part in residuals.groupby(rows["record"])
+            if len(part) >= FEWEST_ROWS
+        ],
     )
     if float(np.sum((middle / np.maximum(error, 1e-300)) ** 2)) < 10 * len(parts):
         return []

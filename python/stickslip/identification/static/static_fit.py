@@ -119,14 +119,14 @@ class StaticFrictionFit(Result):
         from stickslip.show.canvas import in_units, logarithmic_x, new_axes
 
         row = new_axes(1, 3, figsize=(9.6, 3.2))
-        rest = self.best.residuals
+        residuals = self.best.residuals
         columns = {
             "stick_time": ("stick time", "time"),
             "force_rate": ("force rate", "force time^-1"),
             "t": ("time of the break-away", "time"),
         }
         for axes, (column, (label, kind)) in zip(row, columns.items(), strict=True):
-            axes.plot(self.rows[column], rest, ".", color="0.4")
+            axes.plot(self.rows[column], residuals, ".", color="0.4")
             axes.axhline(0, color="0.3", lw=0.8)
             axes.set_xlabel(label + in_units(self._units(kind)))
             axes.set_ylabel(f"force − {self.chosen} form" + in_units(self._units("force")))

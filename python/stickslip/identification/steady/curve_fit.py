@@ -57,7 +57,7 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...], *, hidden: bool = Fa
         _scales(rows, blank, HIDDEN if hidden else 1.0) if "scale" in names else [blank.scale] * (1 + len(rows.parts))
     )
     curve, *others = (replace(blank, scale=scale) for scale in scales)
-    curve, numbers, rest = _polished(rows, curve, names.index("scale") if "scale" in names else None)
+    curve, numbers, residuals = _polished(rows, curve, names.index("scale") if "scale" in names else None)
     if "scale" in names and not _falls(rows, curve, numbers, hidden):
         return None
     jacobian = curve.jacobian(rows, numbers)
@@ -71,7 +71,7 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...], *, hidden: bool = Fa
     singular = np.linalg.svd(scaled, compute_uv=False)
     if singular[-1] < 1e-6 * singular[0]:
         return None  # two of its terms are one and the same on these rows
-    covariance, freedom = _covariance(rows, scaled, rest)
+    covariance, freedom = _covariance(rows, scaled, residuals)
     covariance /= np.outer(size, size)
     losses = _held_back(rows, others if "scale" in names else [curve])
     plain = losses * rows.error**2
@@ -83,7 +83,7 @@ def fit_form(rows: Rows, form: str, terms: tuple[str, ...], *, hidden: bool = Fa
         formula="f(w > 0) = " + " + ".join(side).format(**marks),
         parameters=table_of(names, np.array(values), covariance, freedom),
         covariance=covariance,
-        rms=float(np.sqrt(np.mean(rest**2))),
+        rms=float(np.sqrt(np.mean(residuals**2))),
         held_back=float(np.sqrt(np.average(plain, weights=1 / rows.error**2))),
         losses=losses,
         freedom=freedom,
@@ -102,7 +102,7 @@ def _falls(rows: Rows, curve: Curve, numbers: Array, hidden: bool) -> bool:
     return bool(min(numbers[:2]) >= 0 and (curve.scale <= slow if hidden else slow < curve.scale <= fast))
 
 
-def _covariance(rows: Rows, scaled: Array, rest: Array) -> tuple[Array, float]:
+def _covariance(rows: Rows, scaled: Array, residuals: Array) -> tuple[Array, float]:
     """Covariance of the numbers of the scaled columns, and its degrees of freedom."""
     count, free = scaled.shape
     sense = np.sign(rows.w)
@@ -110,8 +110,8 @@ def _covariance(rows: Rows, scaled: Array, rest: Array) -> tuple[Array, float]:
         np.stack([np.isin(np.arange(count), part) * sense for part in rows.records], axis=1) if rows.apart else None
     )
     if levels is not None:
-        whole, rest = rest, rest - levels @ (levels.T @ rest / np.sum(levels**2, axis=0))
-    z = rest / rows.error
+        whole, residuals = residuals, residuals - levels @ (levels.T @ residuals / np.sum(levels**2, axis=0))
+    z = residuals / rows.error
     chi = float(np.sum(z**2)) / (count - free)
     period = recurrence(rows.w) if rows.series and count > FEW else 0
     # stated errors are believed unless the scatter is larger
@@ -126,7 +126,7 @@ def _covariance(rows: Rows, scaled: Array, rest: Array) -> tuple[Array, float]:
     return covariance, freedom
 
 
-def record_scatter_of(rows: Rows, rest: Array, columns: Array) -> tuple[float, float]:
+def record_scatter_of(rows: Rows, residuals: Array, columns: Array) -> tuple[float, float]:
     """Standard deviation of friction from record to record, 0 where chance makes it, and its degrees of freedom.
 
     Parameters
@@ -134,7 +134,7 @@ def record_scatter_of(rows: Rows, rest: Array, columns: Array) -> tuple[float, f
     rows, rest : the points and their distances from a curve fitted to them.
     columns : of the fit; what they take up of the levels of the records is no longer seen in `rest`.
     """
-    off, weight = np.sign(rows.w) * rest, 1 / rows.error**2
+    off, weight = np.sign(rows.w) * residuals, 1 / rows.error**2
     parts = rows.records
     if not 1 < len(parts) < len(rows):
         return 0.0, math.inf
@@ -222,24 +222,24 @@ def _polished(rows: Rows, curve: Curve, scale: int | None) -> tuple[Curve, Array
 
     def tried(curve: Curve) -> tuple[float, Array, Array]:
         numbers = linear(columns := curve.columns(rows), rows.force, rows.error)
-        rest = rows.force - columns @ numbers
-        return float(np.sum((rest / rows.error) ** 2)), numbers, rest
+        residuals = rows.force - columns @ numbers
+        return float(np.sum((residuals / rows.error) ** 2)), numbers, residuals
 
-    cost, numbers, rest = tried(curve)
+    cost, numbers, residuals = tried(curve)
     for _ in range(0 if scale is None else 20):
         jacobian = curve.jacobian(rows, numbers)
         size = np.linalg.norm(jacobian, axis=0)
         if not (size > 0).all():
             break
-        step = float(linear(jacobian / size, rest, rows.error)[scale] / size[scale]) / curve.scale
+        step = float(linear(jacobian / size, residuals, rows.error)[scale] / size[scale]) / curve.scale
         near = replace(curve, scale=curve.scale * math.exp(float(np.clip(step, -CLOSE, CLOSE))))
         least, others, left = tried(near)
         if not least < cost:
             break
-        curve, cost, numbers, rest = near, least, others, left
+        curve, cost, numbers, residuals = near, least, others, left
         if abs(step) < SAME:
             break
-    return curve, numbers, rest
+    return curve, numbers, residuals
 
 
 def _scales(rows: Rows, blank: Curve, below: float) -> list[float]:

@@ -62,7 +62,7 @@ def widened(rows: Rows, fit: SteadyFit) -> tuple[SteadyFit, list[str], bool]:
     """
     notes, valid = [], True
     columns = fit.curve.jacobian(rows, fit.numbers) / rows.error[:, None]
-    rest = rows.force - fit.curve.columns(rows) @ fit.numbers
+    residuals = rows.force - fit.curve.columns(rows) @ fit.numbers
     for words, where, count in _others(rows):
         hats = _hats(where, count)
         free = np.concatenate([hats, np.sign(rows.w)[:, None] * hats], axis=1) / rows.error[:, None]
@@ -78,9 +78,9 @@ def widened(rows: Rows, fit: SteadyFit) -> tuple[SteadyFit, list[str], bool]:
                 f"{words} misses held-back rows {gain:.0f} % less. {REMEDIES[words]} Intervals and any difference between "
                 "the two senses of slip are not valid, though the intervals were widened."
             )
-            more = _by_cluster(columns, rest / rows.error, where)
+            more = _by_cluster(columns, residuals / rows.error, where)
             fit = fit.with_covariance(fit.covariance + more, min(fit.freedom, CLUSTERS - 1))
-    gain, factor = _off_at_speeds(rows, fit, rest)
+    gain, factor = _off_at_speeds(rows, fit, residuals)
     if gain > 0:
         notes.append(
             "Friction over slip velocity has another shape than any of these forms: a free curve misses held-back rows "
@@ -115,7 +115,7 @@ def _by_cluster(columns: Array, residuals: Array, where: Array) -> Array:
     return np.asarray(moves.T @ moves)
 
 
-def _off_at_speeds(rows: Rows, fit: SteadyFit, rest: Array) -> tuple[float, float]:
+def _off_at_speeds(rows: Rows, fit: SteadyFit, residuals: Array) -> tuple[float, float]:
     """By what share a free curve over the speed predicts better, in per cent, and by how many half-widths it is off."""
     free = FreeCurve.of(rows, NODES, fit.curve)
     if len(rows) < 4 * free.count:
@@ -124,7 +124,7 @@ def _off_at_speeds(rows: Rows, fit: SteadyFit, rest: Array) -> tuple[float, floa
     losses = linear_losses(rows, columns / rows.error[:, None])
     if not predicts_worse(rows, fit.losses, losses):
         return 0.0, 1.0
-    found = linear(columns, rest, rows.error)
+    found = linear(columns, residuals, rows.error)
     w = np.concatenate([free.nodes, -free.nodes])
     seen = np.concatenate([np.full(len(free.nodes), bool((side * rows.w > 0).any())) for side in (1, -1)])
     low, high = fit.interval(w[seen])

@@ -243,12 +243,12 @@ class MultipleShooting:
 
     def scatter(self, unknowns: Array) -> Array:
         """Robust standard deviation of the residuals of each slip's record, shape (slips,), in its unit of length."""
-        rest = np.split(self.residuals(unknowns), self._edges[1:-1])
+        residuals = np.split(self.residuals(unknowns), self._edges[1:-1])
         of = np.array([slip.record for slip in self.slips])
         found = np.zeros(of.size)
         for number in np.unique(of):
             rows = np.flatnonzero(of == number)
-            found[rows] = robust_scale(np.concatenate([self.sigma[i] * rest[i][:-1] for i in rows]))
+            found[rows] = robust_scale(np.concatenate([self.sigma[i] * residuals[i][:-1] for i in rows]))
         return found
 
     def finish(self) -> Refined:
@@ -339,8 +339,8 @@ class MultipleShooting:
             )
         moving = [j for j in range(self.count) if j not in static]
         order = [*moving, *static]
-        rest, slopes = self.residuals(unknowns), self.slopes(unknowns)
-        root = np.sqrt(1 + (rest / OUTLIER) ** 2)
+        residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
+        root = np.sqrt(1 + (residuals / OUTLIER) ** 2)
         size, slips = len(moving), len(self.slips)
         scores, gives = np.zeros((slips, self.count)), np.zeros((slips, self.count, self.count))
         instrument = np.zeros((self.count, 2))
@@ -352,9 +352,9 @@ class MultipleShooting:
             heavy = (root[rows] ** -3)[:, None]
             onto = np.linalg.pinv(beginning.T @ (heavy * beginning)) @ (beginning.T @ (heavy * shared))
             freed = shared - beginning @ onto
-            zero = np.zeros((rest[rows].size, 2))
+            zero = np.zeros((residuals[rows].size, 2))
             zero[:-1] = np.stack([np.ones(slip.x.size), slip.x + slip.position], axis=1) * self.instrument_error / sigma
-            scores[i, :size] = freed.T @ (rest[rows] / root[rows])
+            scores[i, :size] = freed.T @ (residuals[rows] / root[rows])
             gives[i, :size, :size] = freed.T @ (heavy * shared)
             instrument[:size] += freed.T @ (heavy * zero)
             lever = ends.give[i] * ends.instruments[i]

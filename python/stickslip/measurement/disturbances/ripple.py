@@ -231,8 +231,8 @@ class _Samples:
             return rates, float((root * self.values) @ (root * self.values))
         columns = self.cleared(self.waves(rates, origin)) * root[:, None]
         numbers = np.linalg.lstsq(columns, root * self.values, rcond=1e-6)[0]
-        rest = root * self.values - columns @ numbers
-        return np.asarray(numbers, np.float64), float(rest @ rest)
+        residuals = root * self.values - columns @ numbers
+        return np.asarray(numbers, np.float64), float(residuals @ residuals)
 
 
 def find_ripple(

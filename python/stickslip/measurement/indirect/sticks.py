@@ -411,9 +411,9 @@ def is_rigid(time: Array, extension: Array, weight: Array, sticks: list[Stick], 
         w = weight[a:b]
         if b - a < 8 or w.sum() < 6:
             continue
-        rest = extension[a:b] - slope * (time[a:b] - time[a])
-        rest = rest - np.sum(w * rest) / w.sum()
-        squares += float(np.sum(w * rest**2))
+        residuals = extension[a:b] - slope * (time[a:b] - time[a])
+        residuals = residuals - np.sum(w * residuals) / w.sum()
+        squares += float(np.sum(w * residuals**2))
         count += int(w.sum()) - 1
     if count == 0:
         return True

@@ -138,11 +138,11 @@ def _fit(torque: Array, speed: Array, powers: tuple[int, ...]) -> tuple[list[flo
     """Coefficients, standard errors and rms of torque = sum over powers of c_p <v^p>."""
     columns = np.stack([np.ones(len(torque)) if p == 0 else speed[p - 1] for p in powers], axis=1)
     values = np.linalg.lstsq(columns, torque, rcond=None)[0]
-    rest = torque - columns @ values
-    rms = float(np.sqrt(np.mean(rest**2)))
+    residuals = torque - columns @ values
+    rms = float(np.sqrt(np.mean(residuals**2)))
     # cycles overlap by half, so only every other one is independent
     free = max(len(torque) // 2 - len(powers), 1)
-    covariance = np.linalg.inv(columns.T @ columns) * float(rest @ rest) / free
+    covariance = np.linalg.inv(columns.T @ columns) * float(residuals @ residuals) / free
     return [float(v) for v in values], [float(e) for e in np.sqrt(np.diag(covariance))], rms
 
 

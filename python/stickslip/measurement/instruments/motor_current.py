@@ -195,13 +195,13 @@ def _fit(record: Samples, smooth: Smooth, drive: Array, mass: float | None, benc
         mass_error = _left_out(columns, force)
     else:
         forward, backward = (float(value) for value in np.linalg.lstsq(sides, force - mass * a, rcond=None)[0])
-    rest = force - mass * a - sides @ np.array([forward, backward])
+    residuals = force - mass * a - sides @ np.array([forward, backward])
     return {
         "mass": mass,
         "mass_error": mass_error,
         "forward_force": forward,
         "backward_force": backward,
-        "residual": float(np.sqrt(np.mean(rest**2))),
+        "residual": float(np.sqrt(np.mean(residuals**2))),
         "speed": float(np.mean(np.abs(smooth.v[use]))),
     }
 

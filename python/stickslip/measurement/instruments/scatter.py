@@ -44,5 +44,5 @@ def straight_line(x: Array, y: Array) -> tuple[float, float]:
         return (float((y[-1] - y[0]) / (x[-1] - x[0])), float("nan")) if len(x) == 2 else (float("nan"), float("nan"))
     square = float(np.sum((x - x.mean()) ** 2))
     slope = float(np.sum((x - x.mean()) * y)) / square
-    rest = y - y.mean() - slope * (x - x.mean())
-    return slope, float(np.sqrt(np.sum(rest**2) / (len(x) - 2) / square))
+    residuals = y - y.mean() - slope * (x - x.mean())
+    return slope, float(np.sqrt(np.sum(residuals**2) / (len(x) - 2) / square))

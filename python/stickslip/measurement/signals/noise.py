@@ -211,11 +211,11 @@ def mains_hum(signal: Array, time: Array, frequency: float) -> tuple[Array, floa
     step = float(time[-1] - time[0]) / (n - 1)
     period = max(round(1 / (frequency * step)), 2)
     trend = uniform_filter1d(uniform_filter1d(signal, period, mode="nearest"), period, mode="nearest")
-    rest = signal - trend
-    spread = MAD_TO_SIGMA * float(np.median(np.abs(rest)))
-    good = np.abs(rest) < 4 * max(spread, 1e-300)
+    residuals = signal - trend
+    spread = MAD_TO_SIGMA * float(np.median(np.abs(residuals)))
+    good = np.abs(residuals) < 4 * max(spread, 1e-300)
     good[: 2 * period] = good[-2 * period :] = False
-    frequency = _strongest_near(np.where(good, rest, 0.0), time, frequency)
+    frequency = _strongest_near(np.where(good, residuals, 0.0), time, frequency)
     blocks = max(int(n * step / BLOCK), 1)
     edges = np.linspace(0, n, blocks + 1).astype(int)
     phase = 2 * math.pi * frequency * time
@@ -224,7 +224,7 @@ def mains_hum(signal: Array, time: Array, frequency: float) -> tuple[Array, floa
     for i, (a, b) in enumerate(pairwise(edges.tolist())):
         inside = good[a:b]
         if np.count_nonzero(inside) >= 4 * period:
-            amplitudes[i] = np.linalg.lstsq(waves[a:b][inside], rest[a:b][inside], rcond=None)[0]
+            amplitudes[i] = np.linalg.lstsq(waves[a:b][inside], residuals[a:b][inside], rcond=None)[0]
     middles = (time[edges[:-1]] + time[np.maximum(edges[1:] - 1, 0)]) / 2
     line = np.zeros(n)
     for column in range(2):
@@ -232,12 +232,12 @@ def mains_hum(signal: Array, time: Array, frequency: float) -> tuple[Array, floa
     return line, frequency
 
 
-def _strongest_near(rest: Array, time: Array, frequency: float) -> float:
+def _strongest_near(residuals: Array, time: Array, frequency: float) -> float:
     """The frequency within `MAINS_OFF` of the one given at which a record has most power; that one in a short record."""
     length = float(time[-1] - time[0])
     if MAINS_OFF * frequency * length < 1:
         return frequency
-    seen = rest * np.hanning(len(rest))
+    seen = residuals * np.hanning(len(residuals))
     tried = frequency * (1 + MAINS_OFF * np.linspace(-1, 1, 2 * math.ceil(4 * MAINS_OFF * frequency * length) + 1))
     power = [abs(np.sum(seen * np.exp(-2j * math.pi * one * time))) for one in tried.tolist()]
     best = int(np.argmax(power))
