@@ -14,7 +14,6 @@ mod rows;
 mod samples;
 mod section;
 mod slip_evidence;
-mod spot_levels;
 mod spots;
 mod stability;
 mod state;
@@ -100,7 +99,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(spots::spot_centre, module)?)?;
     module.add_function(wrap_pyfunction!(spots::spot_near, module)?)?;
     module.add_function(wrap_pyfunction!(slip_evidence::slip_evidence, module)?)?;
-    module.add_function(wrap_pyfunction!(spot_levels::spot_levels, module)?)?;
+    module.add_function(wrap_pyfunction!(spots::spot_levels, module)?)?;
     module.add_function(wrap_pyfunction!(displacement_error::displacement_errors, module)?)?;
     module.add_function(wrap_pyfunction!(displacement_error::without, module)?)?;
     module.add_function(wrap_pyfunction!(law_facts, module)?)

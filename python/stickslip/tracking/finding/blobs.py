@@ -58,17 +58,8 @@ def find_blobs(
 
     The picture is cut at 16 heights; spots that lie inside each other at successive heights are one blob (as in a
     component tree). Each has its own outline, where the area changes least with the height, so uneven light does no harm.
-    The centre is that of the response I above the ground around the blob, a plane (uneven light shifts a dark marker of 12 px
-    by 0.035 px otherwise); the contrast c grows and falls with the light, so where `black` is known it is proportional to
-    the brightness |ground − black| (without that, light that falls by 10 % over 200 px shifts a marker of 20 px by 0.008 px),
 
-        x_c = Σ x_i g_i / Σ g_i,   g = u² (3 − 2u),   u_i = clip(½ + s ((I_i − ground_i)/c_i − ½), 0, 1)
-
-    with c = crown − ground, and s = 1 up to 16 px of diameter and 1.5 from 24 px on (then only the rim is weighed, not the
-    face's texture). Its standard error is that of the picture's noise around the blob, of standard deviation σ and of
-    correlation ρ_ij between two pixels (a ground with texture is alike from pixel to pixel, the noise of a camera is not),
-    σ_x = s σ/c √(Σ_ij q_i q_j ρ_ij) / Σ g_i, q_i = g′(u_i) (x_i − x_c). With u as weight, centres
-    depend on how the rim lies between the pixels: by 0.003 to 0.015 px for s = 1.67 to 2.
+    Their centres and the errors of these are computed in ``crates/stickslip-py/src/spots/centre.rs``.
 
     Parameters
     ----------
