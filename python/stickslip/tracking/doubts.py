@@ -97,11 +97,11 @@ def scatter(positions: Array, errors: Array, times: Array) -> Array:
         middle = seen[order // 2 : order // 2 + len(known)][known]
         if len(middle) < FEWEST:
             return nothing
-        around = NORMAL * median_filter(size[known], min(USUAL, len(middle)), mode="reflect")
-        found.append((NORMAL * float(np.median(size[known])), middle, around))
-    usual, middle, around = min(found, key=lambda one: one[0])
+        found.append((NORMAL * float(np.median(size[known])), middle, size[known]))
+    usual, middle, own = min(found, key=lambda one: one[0])
     if found[-1][0] > UNRESOLVED * usual:
         return nothing
+    around = NORMAL * median_filter(own, min(USUAL, len(middle)), mode="reflect")
     # few of those around are independent: half way, by ratio, to that of the whole film
     return np.interp(np.arange(len(positions)), middle, np.sqrt(usual * around))
 

@@ -61,6 +61,7 @@ class Track:
     contrast: float = 0.0
     label: int = -1
     at_rest: list[Track] = field(default_factory=list)
+    _way: Array = field(default_factory=lambda: np.empty((0, 2)))
 
     @property
     def rank(self) -> float:
@@ -88,6 +89,12 @@ class Track:
         """Where it was seen."""
         return [film[frame][index] for frame, index in zip(self.frames, self.indices, strict=True)]
 
+    def way(self, film: Rows) -> Array:
+        """The places where it was seen, (n, 2); kept, as every track is laid beside every other."""
+        if len(self._way) != len(self.frames):
+            self._way = np.array([row[:2] for row in self.rows(film)]).reshape(-1, 2)
+        return self._way
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -114,11 +121,12 @@ class Limits:
             walker = Track()
             for frame, index, seen in zip(track.frames, track.indices, track.rows(film), strict=True):
                 if walker.frames and not (seen.cut_x or seen.cut_y):
-                    rows.append((_apart(seen.size, walker.size), _apart(seen.contrast, walker.contrast)))
+                    rows.append((seen.size, walker.size, seen.contrast, walker.contrast))
                 walker.add(frame, index, seen)
         if len(rows) < 10:
             return cls(reach)
-        found = 0.15 + SURE * np.percentile(np.array(rows), 99, axis=0)
+        size, its, contrast, of_it = np.array(rows).T
+        found = 0.15 + SURE * np.percentile([_apart(size, its), _apart(contrast, of_it)], 99, axis=1)
         return cls(reach, *(min(float(one), most) for one, most in zip(found, (cls.size, cls.contrast), strict=True)))
 
 
@@ -374,11 +382,7 @@ def _join(track: Track, piece: Track) -> None:
 
 
 def _same_thing(one: Track, other: Track, film: Rows) -> bool:
-    """Whether one is a part of the other: they are nearer to each other than half a diameter."""
-    _, *both = np.intersect1d(one.frames, other.frames, assume_unique=True, return_indices=True)
-    if not len(both[0]):
-        return False
-    own, its = (
-        np.array([row[:2] for row in track.rows(film)])[among] for track, among in zip((one, other), both, strict=True)
-    )
-    return float(np.median(np.hypot(*(own - its).T))) < 0.5 * max(one.size, other.size)
+    """Whether one is a part of the other: in most pictures they are nearer to each other than half a diameter."""
+    _, own, its = np.intersect1d(one.frames, other.frames, assume_unique=True, return_indices=True)
+    apart = np.hypot(*(one.way(film)[own] - other.way(film)[its]).T)
+    return 2 * np.count_nonzero(apart < 0.5 * max(one.size, other.size)) > len(own)

@@ -181,9 +181,9 @@ class Watch:
         """The followed spots in this picture; None where one of them is not found as it was."""
         found = []
         for spot in followed:
-            x, y = spot.ahead
-            left, top = max(round(x - spot.half), 0), max(round(y - spot.half), 0)
-            window = picture[top : round(y + spot.half) + 1, left : round(x + spot.half) + 1]
+            (x, y), half = spot.ahead, spot.half
+            left, top = max(round(x - half), 0), max(round(y - half), 0)
+            window = picture[top : round(y + half) + 1, left : round(x + half) + 1]
             if min(window.shape[:2]) < spot.row.size:
                 return None
             row = look_near(

@@ -202,8 +202,10 @@ class Film:
         file_rate = capture.get(cv2.CAP_PROP_FPS)
         stretch = file_rate / self.frame_rate if self.frame_rate is not None else 1.0
         index, last, damaged, damaged_in_all = 0, -math.inf, 0, 0
+        picture: Picture | None = None
         while True:
-            seen, picture = capture.read()
+            # a picture that is only turned to grey makes room for the next one
+            seen, picture = capture.read(picture if self.grey else None)
             if not seen:  # a damaged picture, or the end
                 damaged += 1
                 if index == 0 or index + damaged >= announced:
