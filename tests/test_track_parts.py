@@ -11,9 +11,9 @@ from stickslip.tracking import Calibration, Film, Lens, read_calibration, read_o
 from stickslip.tracking.finding.blobs import find_blobs
 from stickslip.tracking.finding.detections import Detections
 from stickslip.tracking.finding.response_map import response_map
+from stickslip.tracking.finding.window import Watch
 from stickslip.tracking.linking import find_markers
 from stickslip.tracking.scale.ruler import find_marks
-from stickslip.tracking.window import Watch
 
 cv2 = pytest.importorskip("cv2")
 

@@ -21,14 +21,15 @@ from stickslip.tracking.finding.response_map import response_map
 from stickslip.tracking.finding.subset import Subset
 from stickslip.tracking.finding.surroundings import KeptPictures, share_that_passes
 from stickslip.tracking.finding.template import find_templates
+from stickslip.tracking.finding.window import Watch
 from stickslip.tracking.linking import CLEAR, Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
+from stickslip.tracking.positions.meetings import separate
 from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.setup import Setup
 from stickslip.tracking.video.osp import PROJECTS, TEXTS, read_osp
 from stickslip.tracking.video.source import Film, Picture
 from stickslip.tracking.video.writing import check_target
-from stickslip.tracking.window import Watch
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,7 +100,7 @@ def track(
       with a calibration x runs along its axis and y to its left, in px y runs downwards as in the picture; both count from
       the calibration's zero (:func:`stickslip.tracking.read_calibration`), and so does the `rest` of a rig;
     * ``lost``: empty where the marker was seen, else the reason why it was not; x and y are then NaN. A marker cut off
-      at one pair of edges keeps the coordinate along them;
+      at one pair of edges keeps the coordinate along them. Two that touch are one spot, which is neither's position;
     * ``x_px``, ``y_px``: the places in the picture, and the coordinate ``frame``, the picture's number.
 
     The errors are those of the picture's noise at each point, or the scatter from picture to picture where that is more (as
@@ -329,11 +330,9 @@ def _whole(find: Callable[[Picture], Detections]) -> Finder:
 
 def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: list[str]) -> xr.Dataset:
     shape = len(seen.times), len(tracks)
-    x, y, x_error, y_error = (np.full(shape, np.nan) for _ in range(4))
-    size, size_error = np.full(shape, np.nan), np.full(shape, np.nan)
+    x, y, x_error, y_error, size, size_error, contrast = (np.full(shape, np.nan) for _ in range(7))
     lost = np.full(shape, "", dtype=object)
     times = np.array(seen.times)
-    copied = film.copied
     for mass, marker in enumerate(tracks):
         lost[:, mass] = _reasons(marker, seen)
         for frame, position in zip(marker.frames, marker.indices, strict=True):
@@ -341,6 +340,7 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
             x[frame, mass], y[frame, mass] = found.x[position], found.y[position]
             x_error[frame, mass], y_error[frame, mass] = found.x_error[position], found.y_error[position]
             size[frame, mass], size_error[frame, mass] = found.size[position], found.size_error[position]
+            contrast[frame, mass] = found.contrast[position]
             cut = [name for name, off in (("x", found.cut_x[position]), ("y", found.cut_y[position])) if off]
             lost[frame, mass] = " and ".join(cut) + CUT if cut else ""
         if not np.isin(lost[:, mass], ["", *(axis + CUT for axis in "xy")]).any():
@@ -350,8 +350,12 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
             )
         if setup.finder == "blob":
             _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])
+    if setup.finder == "blob":
+        doubts += separate(x, y, size, contrast, [x_error, y_error, size_error], lost, times)
+    for mass in range(shape[1]):
+        if setup.finder == "blob":
             doubts += _suited(
-                *(mass, seen, x[:, mass], y[:, mass], size[:, mass], size_error[:, mass], copied),
+                *(mass, seen, x[:, mass], y[:, mass], size[:, mass], size_error[:, mass], film.copied),
                 *(x_error[:, mass], y_error[:, mass]),
             )
         doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])
@@ -360,7 +364,7 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
     for mass in range(shape[1]):
         if mass not in (setup.reference or ()):
             axes = (x[:, mass], x_error[:, mass]), (y[:, mass], y_error[:, mass])
-            doubts += _widen(mass, times, copied, *axes)
+            doubts += _widen(mass, times, film.copied, *axes)
     calibration = PIXELS
     if setup.calibration is not None:
         calibration = read_calibration(

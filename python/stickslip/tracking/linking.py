@@ -163,7 +163,7 @@ def find_markers(
     At most `count` tracks, in the order of :func:`choose`.
 
     Limits: markers that look alike must not jump by more than a third of their distance from one picture to the next
-    without having moved that way before; of markers that cross while one of them is hidden the identities are a guess.
+    without having moved that way before; which is which after two meet is told in ``positions/meetings.py``.
     """
     film = [detections.rows() for detections in pictures]
 
@@ -385,4 +385,4 @@ def _same_thing(one: Track, other: Track, film: Rows) -> bool:
     """Whether one is a part of the other: in most pictures they are nearer to each other than half a diameter."""
     _, own, its = np.intersect1d(one.frames, other.frames, assume_unique=True, return_indices=True)
     apart = np.hypot(*(one.way(film)[own] - other.way(film)[its]).T)
-    return 2 * np.count_nonzero(apart < 0.5 * max(one.size, other.size)) > len(own)
+    return bool(2 * np.count_nonzero(apart < 0.5 * max(one.size, other.size)) > len(own))

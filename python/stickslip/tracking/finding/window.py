@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -178,7 +179,7 @@ class Watch:
         return known and sum((2 * spot.half) ** 2 for spot in followed) <= picture.shape[0] * picture.shape[1]
 
     def _near(self, picture: Picture, followed: list[_Spot]) -> list[_Spot] | None:
-        """The followed spots in this picture; None where one of them is not found as it was."""
+        """The followed spots in this picture; None where one of them is not found as it was, or two are one."""
         found = []
         for spot in followed:
             (x, y), half = spot.ahead, spot.half
@@ -198,4 +199,6 @@ class Watch:
             if row is None or row.score < FAINT * spot.score:
                 return None
             found.append(spot.moved_to(row.moved(left, top)))
-        return found
+        # of two that pass each other both windows may show the same one
+        twice = any(math.dist(one.row[:2], other.row[:2]) < one.row.size / 2 for one, other in combinations(found, 2))
+        return None if twice else found

@@ -1,0 +1,1 @@
+"""What changes the positions of tracks after they were followed: markers that met, the camera, the noise."""
