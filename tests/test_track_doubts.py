@@ -7,7 +7,7 @@ import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.tracking import film, track
 from stickslip.tracking.doubts import hidden, scatter
-from stickslip.tracking.follow import _widen
+from stickslip.tracking.positions.standard_errors import errors_from_scatter
 
 cv2 = pytest.importorskip("cv2")
 
@@ -198,7 +198,7 @@ def test_a_coordinate_that_rests_has_the_errors_of_the_other_where_pictures_are_
     errors = {}
     for copied in (False, True):
         pair = np.full(600, 0.01), np.full(600, 0.01)
-        _widen(0, t, copied, (x, pair[0]), (y, pair[1]))
+        errors_from_scatter(0, t, copied, (x, pair[0]), (y, pair[1]))
         errors[copied] = pair
     assert np.median(errors[False][1]) == 0.01
     assert np.mean(np.abs(y - 20) < 1.96 * errors[True][1]) > 0.9

@@ -106,7 +106,7 @@ def scatter(positions: Array, errors: Array, times: Array) -> Array:
     return np.interp(np.arange(len(positions)), middle, np.sqrt(usual * around))
 
 
-def shown(x: Array, y: Array, size: Array, size_error: Array) -> float:
+def size_scatter(x: Array, y: Array, size: Array, size_error: Array) -> float:
     """How much of its noise a marker shows: the scatter of its size over the stated error of that.
 
     The size feels the same noise at the same rim as the centre does, and what the ground beside the marker does not show.

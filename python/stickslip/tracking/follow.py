@@ -13,18 +13,20 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.files.disk import check_writable
 from stickslip.tracking.bodies import rigid_body
-from stickslip.tracking.doubts import FEWEST, TEXTURE, clearness, hidden, remarks, scatter, shown
-from stickslip.tracking.finding.blobs import ALIKE, LEAST_ERROR
+from stickslip.tracking.doubts import TEXTURE, clearness, hidden, remarks
+from stickslip.tracking.finding.blobs import ALIKE
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.finding.response_map import response_map
 from stickslip.tracking.finding.subset import Subset
-from stickslip.tracking.finding.surroundings import KeptPictures, share_that_passes
+from stickslip.tracking.finding.surroundings import KeptPictures
 from stickslip.tracking.finding.template import find_templates
 from stickslip.tracking.finding.window import Watch
 from stickslip.tracking.linking import CLEAR, Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
+from stickslip.tracking.positions.camera import without_shake, without_shutter
 from stickslip.tracking.positions.meetings import separate
+from stickslip.tracking.positions.standard_errors import errors_from_scatter, errors_from_surroundings
 from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.setup import Setup
 from stickslip.tracking.video.osp import PROJECTS, TEXTS, read_osp
@@ -40,27 +42,6 @@ Finder = Callable[[Iterator[Picture | None]], Iterator[tuple[Detections, bool]]]
 
 CUT = ": cut off at the edge"
 """Follows the coordinates that an edge takes, in the reason why they are missing."""
-
-UNEXPLAINED = 3.5
-"""Scatter may exceed the stated errors by this over the root of the number of pictures by chance."""
-
-PERSISTS = 1.15
-"""What the noise does not explain goes on for some pictures, which differences do not see: errors are so much larger."""
-
-COPIED = 1.6
-"""The same where pictures are coded as differences: what rests or moves on is copied from one to the next, errors too."""
-
-UNSEEN = 4.0
-"""By so much at most errors are larger there because the size of the marker scatters: that of a small one always does."""
-
-SHAKY = 3.0
-"""So many times the scatter that noise explains is one of something else."""
-
-SIZE_ERROR = 0.02
-"""Of a size at least, in px: how a rim lies between the pixels."""
-
-SMALL = 12.0
-"""The size of markers that are smaller, in px, depends on how they lie between the pixels."""
 
 STRANGERS = 0.05
 """A track of which so many sightings are of another size than the markers usually have is doubtful."""
@@ -354,17 +335,18 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
         doubts += separate(x, y, size, contrast, [x_error, y_error, size_error], lost, times)
     for mass in range(shape[1]):
         if setup.finder == "blob":
-            doubts += _suited(
-                *(mass, seen, x[:, mass], y[:, mass], size[:, mass], size_error[:, mass], film.copied),
+            doubts += errors_from_surroundings(
+                *(mass, seen.kept.pictures, seen.corner, x[:, mass], y[:, mass], size[:, mass], size_error[:, mass]),
+                film.copied,
                 *(x_error[:, mass], y_error[:, mass]),
             )
         doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])
     if setup.reference:  # before the scatter is judged, which is the camera's until then
-        doubts.append(_steady(setup.reference, x, y, x_error, y_error, lost))
+        doubts.append(without_shake(setup.reference, x, y, x_error, y_error, lost))
     for mass in range(shape[1]):
         if mass not in (setup.reference or ()):
             axes = (x[:, mass], x_error[:, mass]), (y[:, mass], y_error[:, mass])
-            doubts += _widen(mass, times, film.copied, *axes)
+            doubts += errors_from_scatter(mass, times, film.copied, *axes)
     calibration = PIXELS
     if setup.calibration is not None:
         calibration = read_calibration(
@@ -377,7 +359,7 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
         diameter=size if setup.finder == "blob" else None,
     )
     if setup.exposure or setup.line_time:
-        doubts.append(_shutter(motion, setup.exposure or 0.0, setup.line_time or 0.0))
+        doubts.append(without_shutter(motion, setup.exposure or 0.0, setup.line_time or 0.0))
     if setup.names is not None:
         motion = motion.assign_coords(name=("mass", list(setup.names)))
     if setup.reference:
@@ -401,126 +383,11 @@ def _bodies(motion: xr.Dataset, setup: Setup) -> xr.Dataset:
     return joined
 
 
-def _shutter(motion: xr.Dataset, exposure: float, line_time: float) -> str:
-    """Give all places the time of the middle of their exposure, as their rows see it; the sentence says what was done.
-
-    The time is that of the first mass, on whose row it is taken; the others are moved along their own way to it, by cubic
-    splines. A picture shows the mean over the exposure T, which is off the middle by ẍ T²/24, with ẍ from every second
-    picture of five, whose noise does not show in that.
-    """
-    from scipy.interpolate import CubicSpline
-
-    rows = motion["y_px"].to_numpy()
-    stamps = motion["time"].to_numpy() + 0.5 * exposure
-    height = float(np.nanmedian(rows[:, 0]))
-    common = stamps + line_time * height
-    for name in ("x", "y"):
-        for mass in range(rows.shape[1]):
-            seen = np.flatnonzero(np.isfinite(motion[name].to_numpy()[:, mass]))
-            moments = stamps[seen] + line_time * rows[seen, mass]
-            if len(seen) > 4 and (np.diff(moments) > 0).all():
-                positions = motion[name].to_numpy()[seen, mass]
-                way = CubicSpline(moments, positions)
-                speed = (positions[2:] - positions[:-2]) / (moments[2:] - moments[:-2])
-                curvature = 2 * (speed[2:] - speed[:-2]) / (moments[4:] - moments[:-4])
-                curvature = np.interp(moments, moments[2:-2], curvature)
-                motion[name][seen, mass] = way(common[seen]) - curvature * exposure**2 / 24
-    motion.coords["time"] = ("time", common, motion["time"].attrs)
-    after = 1e3 * (0.5 * exposure + line_time * height)
-    return f"Times are those of the middle of the exposure, {after:.4g} ms after the stamps, and of row {height:.0f}."
-
-
-def _suited(
-    mass: int, seen: _Seen, x: Array, y: Array, size: Array, size_error: Array, copied: bool, *errors: Array
-) -> list[str]:
-    """Scale errors to the noise that changes as a marker moves; say where its size shows more than there is around it.
-
-    Texture that moves along with the marker is no noise. What is copied from picture to picture scatters only in the size.
-    """
-    left, top = seen.corner
-    width = float(np.nanmedian(size))
-    passes = share_that_passes(seen.kept.pictures, x - left, y - top, width)
-    if copied:
-        passes = max(passes, min(UNSEEN, shown(x, y, size, size_error)))
-    for error in errors:
-        error[:] = np.maximum(passes * error, LEAST_ERROR)
-    unstable = shown(x, y, size, np.maximum(passes * size_error, SIZE_ERROR))
-    if copied or width < SMALL or not SHAKY < unstable < math.inf:
-        return []
-    return [
-        f"The size of mass {mass} scatters {unstable:.2g} times as much as the noise around it explains. Specks, hairs or "
-        "ticks on its way, or light and shadow that move over it, shift it by more than the errors hold; a change of "
-        "distance, focus or brightness changes the size alone."
-    ]
-
-
 def _hide(lost: np.ndarray, x: Array, y: Array, size: Array) -> None:
     """Take out where something hides a part of the marker, so that its centre is not its own."""
     partly = hidden(np.where(lost == "", size, np.nan))
     lost[partly] = "partly hidden"
     x[partly] = y[partly] = np.nan
-
-
-def _steady(reference: tuple[int, ...], x: Array, y: Array, x_error: Array, y_error: Array, lost: np.ndarray) -> str:
-    """Take the motion of the camera, as its resting markers show it, from all places; the sentence says how large it is.
-
-    The shift of a picture is the mean of what the markers seen in it are off their own median places. Its error is that of
-    the scatter of several markers about it: their stated ones hold what lies beside a marker, too, which rests with it.
-    """
-    fixed = list(reference)
-    unseen = (lost[:, fixed] != "").all(axis=1)
-    size = []
-    for position, error in ((x, x_error), (y, y_error)):
-        known = np.where(lost[:, fixed] == "", position[:, fixed], np.nan)
-        off = np.ma.masked_invalid(known - np.nanmedian(known, axis=0))
-        shift = off.mean(axis=1).filled(np.nan)
-        own = np.where(np.isfinite(known), error[:, fixed], np.nan) ** 2
-        free = int(np.maximum(off.count(axis=1) - 1, 0).sum())
-        if free >= FEWEST:
-            own = np.full_like(own, float(((off - off.mean(axis=1)[:, None]) ** 2).sum()) / free)
-        position -= shift[:, None]
-        seen = off.count(axis=1)
-        of_shift = np.sqrt(np.where(off.mask, 0, own).sum(axis=1)) / np.maximum(seen, 1)
-        error[:] = np.hypot(error, np.where(seen > 0, of_shift, np.nan)[:, None])
-        size.append(float(np.nanstd(shift)))
-    lost[unseen[:, None] & (lost == "")] = "no reference seen"
-    rms = math.hypot(*size)
-    return (
-        f"The camera moves by {rms:.2g} px rms as {len(fixed)} resting marker(s) show; that was taken from the places."
-    )
-
-
-def _widen(mass: int, times: Array, copied: bool, *axes: tuple[Array, Array]) -> list[str]:
-    """Raise the errors to the scatter of the places where that is more than the picture's noise explains, and say it.
-
-    Where pictures are copied from one to the next what rests scatters too little: a coordinate then has at least the scatter
-    of the other.
-    """
-    found = [scatter(position, error, times) for position, error in axes]
-    usual = [float(np.nanmedian(one)) if np.isfinite(one).any() else math.nan for one in found]
-    given = []
-    for (position, error), around, own, name in zip(axes, found, usual, "xy", strict=True):
-        least = 1 + UNEXPLAINED / math.sqrt(max(np.isfinite(position).sum(), 1))
-        if own > least:
-            stated = float(np.nanmedian(error))
-            given.append(f"{name} {own * stated:.2g} px where the noise explains {stated:.2g}")
-        if copied:
-            known = np.fmax(around, np.fmax(usual[0], usual[1]))
-            error *= np.fmax(1, COPIED * np.where(np.isnan(known), 1.0, known))
-        elif own > least:
-            error *= np.fmax(1, PERSISTS * around)
-    if copied:
-        larger = " and ".join(f"{float(np.nanmedian(error)):.2g}" for _, error in axes)
-        return [
-            f"Mass {mass}: the film is strongly compressed, which copies errors from picture to picture. Those of x and y, "
-            f"{larger} px, are told from the scatter of its places and its size; they hold nothing that stays for longer."
-        ]
-    if not given:
-        return []
-    return [
-        f"Mass {mass} scatters from picture to picture ({', '.join(given)}): compression, flicker or a camera that shakes; "
-        "the errors hold that, and nothing that stays for longer than some pictures."
-    ]
 
 
 def _reasons(marker: Track, seen: _Seen) -> list[str]:
