@@ -6,7 +6,7 @@ import pytest
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.tracking import film, track
-from stickslip.tracking.doubts import hidden, scatter
+from stickslip.tracking.doubts import hidden, one_sided, scatter
 from stickslip.tracking.positions.standard_errors import errors_from_scatter
 
 cv2 = pytest.importorskip("cv2")
@@ -61,6 +61,15 @@ def test_the_pictures_around_a_hidden_marker_are_left_out_and_single_noisy_ones_
     assert np.flatnonzero(hidden(size)).tolist() == [49, 50, 51, 52, 53, 54, 56, 57, 58, 59, 60, 61, 62]
     size[150] -= 6.0
     assert hidden(size)[150]
+
+
+def test_what_changes_the_size_at_one_side_shifts_the_centre_by_as_much_and_blur_does_not():
+    size = 20 + 0.02 * np.random.default_rng(0).standard_normal(200)
+    x, y = np.zeros(200), np.zeros(200)
+    assert not one_sided(x, y, size).any()
+    size[100:103] += [0.8, -1.0, 2.0]
+    x[102:] = 3.5  # a step in which blur explains that it is larger
+    np.testing.assert_allclose(one_sided(x, y, size)[99:104], [0, 0.8, 1.0, 0, 0], atol=0.1)
 
 
 def test_a_clear_marker_raises_no_doubt_and_its_errors_stay(tmp_path):

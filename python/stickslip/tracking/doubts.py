@@ -156,6 +156,26 @@ def hidden(size: Array) -> npt.NDArray[np.bool_]:
     return found
 
 
+def one_sided(x: Array, y: Array, size: Array) -> Array:
+    """How far a change of its size may have shifted a marker, in px; 0 where the size is as usual around then.
+
+    An area ΔA that is gained or lost at one side of a disc of diameter d, as in the edge of a shadow, changes the size by
+    2 ΔA/(π d), and shifts the centre by as much. What a marker gains by blur as it moves by s px from picture to picture, up
+    to the area d s, is on both sides.
+
+    Parameters
+    ----------
+    x, y, size : shape (n,), in px; NaN where it was not seen.
+
+    Limits: what changes for longer than 25 pictures is usual.
+    """
+    change = _change(size)
+    off = np.where(np.abs(change) > _common(change), change, 0.0) * np.nan_to_num(size)
+    steps = np.nan_to_num(np.hypot(np.diff(x, prepend=x[:1]), np.diff(y, prepend=y[:1])))
+    blur = 2 / math.pi * np.maximum(steps, np.append(steps[1:], 0.0))
+    return np.where(off > 0, np.maximum(off - blur, 0.0), -off)
+
+
 def _change(size: Array) -> Array:
     """Relative difference of each size from the usual one; 0 where it was not seen."""
     from scipy.ndimage import median_filter

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stickslip.tracking.doubts import scatter, size_scatter
+from stickslip.tracking.doubts import one_sided, scatter, size_scatter
 from stickslip.tracking.finding.blobs import LEAST_ERROR
 from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.finding.response_map import ResponseMap
@@ -54,8 +54,9 @@ def errors_from_surroundings(
     passes = share_that_passes(kept, x - left, y - top, width)
     if copied:
         passes = max(passes, min(UNSEEN, size_scatter(x, y, size, size_error)))
+    shifted = one_sided(x, y, size)
     for error in errors:
-        error[:] = np.maximum(passes * error, LEAST_ERROR)
+        error[:] = np.maximum(np.maximum(passes * error, LEAST_ERROR), shifted)
     unstable = size_scatter(x, y, size, np.maximum(passes * size_error, SIZE_ERROR))
     if copied or width < SMALL or not SHAKY < unstable < math.inf:
         return []
