@@ -197,11 +197,11 @@ def together(a: Way, b: Way) -> npt.NDArray[np.bool_]:
 
     Where it should be: on the straight way between its places before and after, else at its first or last place.
     """
-    seen: npt.NDArray[np.bool_] = np.asarray(np.isfinite(b.positions).all(axis=1))
-    if not seen.any():
-        return seen
-    pictures = np.arange(len(seen))
+    larger: npt.NDArray[np.bool_] = np.asarray(a.looks[:, 0] > a.middle[0] + GROWN + 3 * a.spread[0])
+    seen = np.isfinite(b.positions).all(axis=1)
+    if not (larger.any() and seen.any()):
+        return np.zeros_like(larger)
+    pictures = np.arange(len(larger))
     expected = np.stack([np.interp(pictures, pictures[seen], position[seen]) for position in b.positions.T], axis=1)
     near = NEAR * math.exp((a.middle[0] + b.middle[0]) / 2)
-    larger = a.looks[:, 0] > a.middle[0] + GROWN + 3 * a.spread[0]
     return np.asarray(larger & (np.hypot(*(a.positions - expected).T) < near))
