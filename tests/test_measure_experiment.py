@@ -14,7 +14,8 @@ import pytest
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
-from stickslip.report.experiment import Experiment, run, watch
+from stickslip.experiment.experiment import Experiment
+from stickslip.experiment.unattended_run import run, watch
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
 RIG = {

@@ -29,7 +29,8 @@ ARROWS = {
     "examples": {"errors", "model", "simulation"},
     "identification": {"_core", "dynamics", "errors", "files", "laws", "measurement", "model", "show", "simulation"},
     "explorer": {"_core", "errors", "files", "identification", "laws", "model", "simulation"},
-    "report": {"_core", "errors", "explorer", "files", "identification", "laws", "measurement", "show", "tracking"},
+    "report": {"_core", "errors", "explorer", "files", "identification", "laws", "measurement", "show"},
+    "experiment": {"errors", "files", "identification", "laws", "measurement", "report", "show", "tracking"},
     "paper": {
         *(
             "dynamics",
@@ -51,6 +52,7 @@ ARROWS = {
             "dynamics",
             "errors",
             "examples",
+            "experiment",
             "explorer",
             "files",
             "identification",

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from stickslip.dynamics.periodic.exponents import lyapunov
     from stickslip.dynamics.periodic.manifold import manifold
     from stickslip.errors import InputError
+    from stickslip.experiment.unattended_run import run
     from stickslip.identification import identify
     from stickslip.laws.law import force_along, load_law
     from stickslip.measurement import measure
     from stickslip.model.drive import Drive, Harmonic, NormalForce
     from stickslip.model.scaling import Scale, dimensionless
     from stickslip.model.system import Contact, Force, Oscillator, Spring, System, chain, load_system
-    from stickslip.report.experiment import run
     from stickslip.simulation.batch import simulate_many
     from stickslip.simulation.integration import integrate
     from stickslip.simulation.orbit import Orbit, load
@@ -79,7 +79,7 @@ _HOME = {
     "manifold": "dynamics.periodic.manifold",
     "regime_map": "dynamics",
     "return_map": "dynamics",
-    "run": "report.experiment",
+    "run": "experiment.unattended_run",
     "section": "dynamics",
     "film": "tracking",
     "show": "",

@@ -32,8 +32,9 @@ def run(options: argparse.Namespace) -> None:
     InputError
         where the document is wrong; where any record failed, after all others are done.
     """
-    from stickslip.report.experiment import Experiment, watch
-    from stickslip.report.experiment import run as run_all
+    from stickslip.experiment.experiment import Experiment
+    from stickslip.experiment.unattended_run import run as run_all
+    from stickslip.experiment.unattended_run import watch
 
     plan = Experiment.of(options.experiment)
 

@@ -43,7 +43,7 @@ def _schemas() -> dict[str, Callable[[], dict[str, Any]]]:
         return Setup.schema()
 
     def experiment() -> dict[str, Any]:
-        from stickslip.report.experiment import Experiment
+        from stickslip.experiment.experiment import Experiment
 
         return Experiment.schema()
 

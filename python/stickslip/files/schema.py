@@ -1,7 +1,7 @@
 """What a document may hold, said once by the annotations of a dataclass: reading, error sentences and JSON Schema follow.
 
 The schema of each kind of file stands beside its class: `measurement/rigs/rig_file.py`, `model/system.py`, `laws/law.py`,
-`report/experiment.py`.
+`experiment/experiment.py`.
 """
 
 from __future__ import annotations
