@@ -18,7 +18,7 @@ from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Work
-from stickslip.simulation.solver import METHODS, USUAL, Counted, solved
+from stickslip.simulation.scipy_solver import METHODS, USUAL, Counted, solved
 from stickslip.simulation.state_orbit import Mark, StateLayout, StateOrbit, masses_of, state_laws_of
 from stickslip.simulation.time_limit import TimeLimit
 

@@ -27,7 +27,7 @@ from stickslip.dynamics.continuation.arclength import (
 )
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of, same_motion
 from stickslip.dynamics.continuation.conditions import TESTS, root, zeros
-from stickslip.dynamics.continuation.halving import halving
+from stickslip.dynamics.continuation.period_halving import period_halving
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.cycles import finished, one_period, unchecked
@@ -124,7 +124,7 @@ class Walk:
             self._end_in_a_point(point, step)
         if turns(point.direction, ahead.direction) and step > 20 * _SMALLEST:
             raise ShorterStep(2)
-        halved = halving(point, ahead, self.family)
+        halved = period_halving(point, ahead, self.family)
         if halved is not None:
             # Closer first: a fold may lie before it.
             if step > _NEAR:

@@ -12,7 +12,7 @@ from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
 from stickslip.errors import InputError
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
-from stickslip.simulation.solver import USUAL, Counted, Run, solved
+from stickslip.simulation.scipy_solver import USUAL, Counted, Run, solved
 
 #: The relative error of a step, and the step of the differences that make the Jacobian, relative to the size of a variable.
 TOLERANCE, STEP = 1e-11, 1e-7

@@ -16,7 +16,7 @@ from stickslip.errors import InputError
 _ONE = 1e-7
 
 
-def halving(point: Point, ahead: Point, family: Family) -> tuple[Point, Point] | None:
+def period_halving(point: Point, ahead: Point, family: Family) -> tuple[Point, Point] | None:
     """The flip between two points of a branch, once and as the last point of the branch; None where there is none.
 
     Beyond the flip the orbit of twice the period is itself, shifted by half of it: the parameter goes back, which is no fold,
