@@ -11,9 +11,11 @@ from stickslip.files.units import unit_suffix
 from stickslip.measurement.disturbances.ripple import find_ripple
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction
-from stickslip.measurement.indirect.sticks import Stick, find_flanks, presmooth, rises_before
+from stickslip.measurement.indirect.stick_candidates import Stick
 from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.coloured_noise import Colour, noise_colour
+from stickslip.measurement.signals.presmooth import presmooth
+from stickslip.measurement.signals.turning_points import find_flanks, rises_before
 
 LARGE = 0.3
 """Falls of so much of the largest one are slips, whatever the noise."""

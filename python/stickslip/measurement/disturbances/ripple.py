@@ -14,9 +14,11 @@ from scipy.special import i0e
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction
-from stickslip.measurement.indirect.sticks import Stick, find_flanks, presmooth
+from stickslip.measurement.indirect.stick_candidates import Stick
 from stickslip.measurement.rigs.rig import RigUnits
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
+from stickslip.measurement.signals.presmooth import presmooth
+from stickslip.measurement.signals.turning_points import find_flanks
 
 Array = npt.NDArray[np.float64]
 

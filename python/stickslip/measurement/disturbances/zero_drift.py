@@ -9,7 +9,8 @@ import numpy.typing as npt
 from scipy.special import fdtrc
 
 from stickslip.files.units import unit_suffix
-from stickslip.measurement.indirect.sticks import Flanks, Presmoothed
+from stickslip.measurement.signals.presmooth import Presmoothed
+from stickslip.measurement.signals.turning_points import Flanks
 
 Array = npt.NDArray[np.float64]
 

@@ -12,13 +12,14 @@ from stickslip.errors import InputError
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.force import Friction, likeliest_inertia, restoring_excess
 from stickslip.measurement.indirect.stick_limits import BLUR, FEW
-from stickslip.measurement.indirect.sticks import Flanks, Presmoothed, natural_period
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.noise import MAD_TO_SIGMA, line_excess, mains_hum
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
+from stickslip.measurement.signals.presmooth import Presmoothed, natural_period
 from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.spectra import Line
+from stickslip.measurement.signals.turning_points import Flanks
 
 Array = npt.NDArray[np.float64]
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.measurement.indirect.sticks import Flanks, Presmoothed, natural_period
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
+from stickslip.measurement.signals.presmooth import Presmoothed, natural_period
 from stickslip.measurement.signals.spectra import Line, main_line
+from stickslip.measurement.signals.turning_points import Flanks
 
 Array = npt.NDArray[np.float64]
 

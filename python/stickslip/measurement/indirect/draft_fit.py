@@ -1,4 +1,8 @@
-"""Friction and sticks of a draft: limits of the sticks and cut-off of the slips, fitted by turns."""
+"""Friction and sticks of a draft: limits of the sticks and cut-off of the slips, fitted by turns.
+
+Here it is chosen how sticks are decided: for a mass that creeps by `creeping_sticks` in `stick_candidates`, for one that does
+not by `refine_sticks` in `stick_limits`.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +15,11 @@ import numpy as np
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction, friction_force
 from stickslip.measurement.indirect.hidden_fall import with_hidden_fall
+from stickslip.measurement.indirect.stick_candidates import Stick, creeping_sticks, rigid_candidates
 from stickslip.measurement.indirect.stick_limits import refine_sticks
-from stickslip.measurement.indirect.sticks import (
-    Stick,
-    creeping_sticks,
-    cutoff_limits,
-    natural_period,
-    rigid_candidates,
-)
 from stickslip.measurement.regime import Regime, regime, slow_share
 from stickslip.measurement.signals.piecewise_fit import Kind, Part, PiecewiseFit
+from stickslip.measurement.signals.presmooth import cutoff_limits, natural_period
 from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.slip_evidence import SlipModel
 

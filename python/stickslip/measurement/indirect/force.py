@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 from scipy.special import erfc
 
-from stickslip.measurement.indirect.sticks import Stick
+from stickslip.measurement.indirect.stick_candidates import Stick
 from stickslip.measurement.signals.piecewise_fit import Part, PiecewiseFit
 
 Array = npt.NDArray[np.float64]

@@ -11,9 +11,10 @@ import numpy.typing as npt
 from scipy.special import logsumexp
 
 from stickslip.measurement.indirect.force import Friction, Release
+from stickslip.measurement.indirect.stick_candidates import Stick
 from stickslip.measurement.indirect.stick_limits import FEW
-from stickslip.measurement.indirect.sticks import Stick, natural_period
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
+from stickslip.measurement.signals.presmooth import natural_period
 
 Array = npt.NDArray[np.float64]
 

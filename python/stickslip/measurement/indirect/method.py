@@ -41,20 +41,15 @@ from stickslip.measurement.indirect.recalibration import (
     recalibrated,
     rigid_sticks,
 )
+from stickslip.measurement.indirect.stick_candidates import Stick, creep_delay, stick_slope
 from stickslip.measurement.indirect.stick_limits import BLUR
-from stickslip.measurement.indirect.sticks import (
-    Stick,
-    creep_delay,
-    find_flanks,
-    natural_period,
-    presmooth,
-    stick_slope,
-)
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.regime import regime_notes
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
+from stickslip.measurement.signals.presmooth import natural_period, presmooth
 from stickslip.measurement.signals.spectra import Line
+from stickslip.measurement.signals.turning_points import find_flanks
 
 FELT = 1 / 3
 """Of the scatter of the extensions at which masses break away: a common shift that is less is left out."""

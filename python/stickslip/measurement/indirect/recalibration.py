@@ -11,18 +11,18 @@ import numpy.typing as npt
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.consistency import MOSTLY_SLOW
 from stickslip.measurement.indirect.draft import Draft
-from stickslip.measurement.indirect.sticks import (
+from stickslip.measurement.indirect.stick_candidates import (
     Stick,
     StickSlope,
     creeping_sticks,
     is_rigid,
-    natural_period,
     rigid_candidates,
     rigid_slope,
     stick_slope,
 )
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rigs.rig import Rig
+from stickslip.measurement.signals.presmooth import natural_period
 
 Array = npt.NDArray[np.float64]
 

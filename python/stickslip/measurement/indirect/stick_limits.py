@@ -1,4 +1,8 @@
-"""The limits of a stick in a mass that does not creep: where the record is likeliest."""
+"""Which candidates are sticks of a mass that does not creep, and where each begins and ends: where the record is likeliest.
+
+The candidates come from `stick_candidates`, where the sticks of a mass that creeps are decided too; which of the two applies
+is chosen in `draft_fit` (`fit_draft`).
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,8 @@ import numpy.typing as npt
 from scipy.linalg import LinAlgError
 from scipy.optimize import minimize, minimize_scalar
 
-from stickslip.measurement.indirect.sticks import Stick, natural_period
+from stickslip.measurement.indirect.stick_candidates import Stick
+from stickslip.measurement.signals.presmooth import natural_period
 from stickslip.measurement.signals.slip_evidence import Evidence, SlipModel, integrated_evidence
 
 Array = npt.NDArray[np.float64]

@@ -11,12 +11,12 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.indirect.sticks import turning_points
 from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
 from stickslip.measurement.instruments.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
-from stickslip.measurement.signals.clock_offset import LEAST_SAMPLES as LEAST_PICTURES
-from stickslip.measurement.signals.clock_offset import spring_offset
+from stickslip.measurement.signals.clocks.clock_offset import LEAST_SAMPLES as LEAST_PICTURES
+from stickslip.measurement.signals.clocks.clock_offset import spring_offset
+from stickslip.measurement.signals.turning_points import turning_points
 
 Array = npt.NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from stickslip.measurement import Rig, measure
-from stickslip.measurement.indirect.sticks import turning_points
+from stickslip.measurement.signals.turning_points import turning_points
 from stickslip.paper import oscillator
 from stickslip.paper.figures.motion import TITLE
 from stickslip.show import BRANCH_COLOURS, OKABE_ITO, new_axes

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion, motion_of, moved_channel
 from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Bench, Samples
-from stickslip.measurement.signals.clock_offset import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
+from stickslip.measurement.signals.clocks.clock_offset import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
 
 Array = npt.NDArray[np.float64]
 

@@ -11,9 +11,9 @@ from scipy.integrate import cumulative_trapezoid
 
 from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion
 from stickslip.measurement.instruments.instrument import Samples
-from stickslip.measurement.signals.clock_offset import Offset
-from stickslip.measurement.signals.lag_at_slips import FEWEST_SLIPS, lag_at_slips, note_on_lag_at_slips
-from stickslip.measurement.signals.lag_over_speed import lag_over_speed
+from stickslip.measurement.signals.clocks.clock_offset import Offset
+from stickslip.measurement.signals.clocks.lag_at_slips import FEWEST_SLIPS, lag_at_slips, note_on_lag_at_slips
+from stickslip.measurement.signals.clocks.lag_over_speed import lag_over_speed
 from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.smooth import jerk_spline
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.measurement.signals.clock_offset import LEAST_SAMPLES, STAMP_ERROR, Offset
+from stickslip.measurement.signals.clocks.clock_offset import LEAST_SAMPLES, STAMP_ERROR, Offset
 
 Array = npt.NDArray[np.float64]
 

@@ -1,18 +1,21 @@
-"""Sticks found first: where the mass rests on its partner, with the limits of every stick."""
+"""Where the mass may stick: candidates for sticks, whether the mass creeps in them, and the sticks of one that creeps.
+
+The sticks of a mass that creeps are decided here (`creeping_sticks`); those of a mass that does not are kept, dropped and
+ended in `stick_limits` (`refine_sticks`). Which of the two applies is chosen in `draft_fit` (`fit_draft`).
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize_scalar
 from scipy.special import chdtri
 
 from stickslip.measurement.regime import quiet_window
-from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
+from stickslip.measurement.signals.presmooth import Presmoothed
+from stickslip.measurement.signals.turning_points import Flanks
 
 Array = npt.NDArray[np.float64]
 
@@ -20,8 +23,6 @@ AT_REST = 0.05
 """A creeping stick must come to rest: to this fraction of the drive velocity, or to within its noise."""
 CREEP_LEVEL = 0.5
 """A creeping stick ends where the slip velocity passes this fraction of the drive velocity."""
-
-
 UNEVEN = 0.01
 """A drive may run so unevenly, as a share of its speed, from one stick to the next."""
 COLOURED = 2.0
@@ -48,177 +49,6 @@ class Stick:
         """Middle half of what is surely the stick: its end may be guessed too late."""
         quarter = max(self.end - self.end_error - self.start, 0.0) / 4
         return self.start + quarter, self.start + 3 * quarter
-
-
-@dataclass(frozen=True)
-class Presmoothed:
-    """A first smooth reading of the record that knows no events: good to find them, not to measure friction.
-
-    Attributes
-    ----------
-    time : (n,) seconds.
-    extension : (n,) x of the spring.
-    rate : (n,) x'.
-    rate_error : standard error of x' away from events.
-    cutoff : of the smoothing in Hz.
-    noise : standard deviation of the samples of x.
-    """
-
-    time: Array
-    extension: Array
-    rate: Array
-    rate_error: float
-    cutoff: float
-    noise: float
-
-
-def presmooth(
-    time: Array, extension: Array, weight: Array, oscillator: OscillatorConstants, noise: float
-) -> Presmoothed:
-    """Smooth the whole record as one slip; the cut-off is the likeliest on stretches spread over the record."""
-    period = natural_period(oscillator)
-    step = float((time[-1] - time[0]) / (len(time) - 1))
-    # a short record may be worth a finer look than a long one can afford
-    knots = max(period / (50 if len(time) < 50_000 else 25), 2 * step)
-    path = oscillator.drive_velocity * (time - time[0]) - extension
-
-    def whole(part: slice) -> PiecewiseFit:
-        t = time[part]
-        return PiecewiseFit(t, path[part], weight[part], t[[0, -1]], ["slip"], oscillator, knots, knots)
-
-    n, most = len(time), 6000
-    starts = [0] if n <= 4 * most else [int(s) for s in np.linspace(0, n - most, 4)]
-    parts = [whole(slice(s, s + most) if n > 4 * most else slice(None)) for s in starts]
-    limits = cutoff_limits(oscillator, step, knots)
-
-    def deviance(log_frequency: float) -> float:
-        return sum(part.deviance({"slip": math.exp(log_frequency)}, noise) for part in parts)
-
-    found = minimize_scalar(
-        deviance, bounds=(math.log(limits[0]), math.log(limits[1])), method="bounded", options={"xatol": 0.05}
-    )
-    cutoff = math.exp(float(found.x))
-    middle = parts[len(parts) // 2].solve({"slip": cutoff})
-    inside = middle.time[len(middle.time) // 4 : 3 * len(middle.time) // 4 : 7]
-    rate_error = float(np.median(middle.deviation(inside, {1: 1.0}, noise)))
-    fit = whole(slice(None)).solve({"slip": cutoff})
-    rate = oscillator.drive_velocity - fit.evaluate(time, 1)
-    smooth = oscillator.drive_velocity * (time - time[0]) - fit.evaluate(time, 0)
-    return Presmoothed(time, smooth, rate, rate_error, cutoff, noise)
-
-
-def natural_period(oscillator: OscillatorConstants) -> float:
-    """Period of the free mass on its spring, in s."""
-    return 2 * math.pi * math.sqrt(oscillator.mass / oscillator.stiffness)
-
-
-def cutoff_limits(oscillator: OscillatorConstants, step: float, knots: float) -> tuple[float, float]:
-    """Cut-offs (Hz) worth trying for slips: above the free oscillation, below what knots and samples resolve."""
-    low = 1.5 / natural_period(oscillator)
-    return low, max(min(0.3 / step, 0.5 / knots), 2 * low)
-
-
-def turning_points(values: Array, least: float) -> tuple[list[int], list[int]]:
-    """Valleys and peaks between which the values change by more than `least`, alternating in time.
-
-    Returns
-    -------
-    valleys, peaks : indices, each in order.
-
-    Examples
-    --------
-    >>> turning_points(np.array([0.0, 2.0, 1.9, 3.0, 1.0, 4.0, 0.0]), 0.5)
-    ([0, 4], [3, 5])
-    """
-    valleys: list[int] = []
-    peaks: list[int] = []
-    high = low = 0
-    rising: bool | None = None
-    for i, value in enumerate(values.tolist()):
-        if rising is not False:
-            if value > values[high]:
-                high = i
-            elif values[high] - value > least:
-                peaks.append(high)
-                rising, low = False, i
-        if rising is not True:
-            if value < values[low]:
-                low = i
-            elif value - values[low] > least:
-                valleys.append(low)
-                rising, high = True, i
-    return valleys, peaks
-
-
-@dataclass(frozen=True)
-class Flanks:
-    """Stretches on which the spring is wound up, each from a valley to a peak; all sticks lie on them.
-
-    Attributes
-    ----------
-    limits : (first, last) sample of each.
-    drops : (m,) falls of x between them.
-    least : the smallest fall that was counted.
-    smaller : number of falls that stand clear of the noise but are smaller than that.
-    """
-
-    limits: list[tuple[int, int]]
-    drops: Array
-    least: float
-    smaller: int
-
-
-def find_flanks(presmoothed: Presmoothed, least_drop: float) -> Flanks:
-    """Cut the record at every fall of the spring that counts as a slip.
-
-    Falls must stand eight sigmas of the presmoothed clear of the noise, and reach `least_drop` times their median.
-    """
-    floor = 8 * _wander(presmoothed)
-    _, drops = _walk(presmoothed.extension, floor)
-    if len(drops) == 0:
-        return Flanks([], drops, floor, 0)
-    least = max(floor, least_drop * float(np.median(drops)))
-    limits, counted = _walk(presmoothed.extension, least)
-    return Flanks(limits, counted, least, int(len(drops) - len(counted)))
-
-
-def _wander(presmoothed: Presmoothed) -> float:
-    """Standard error of the level of the presmoothed record: white noise averaged over its resolution."""
-    step = float((presmoothed.time[-1] - presmoothed.time[0]) / (len(presmoothed.time) - 1))
-    return presmoothed.noise * min(math.sqrt(2 * step * presmoothed.cutoff), 1.0)
-
-
-def rises_before(values: Array, least: float) -> list[tuple[int, int]]:
-    """First and last sample of each rise between two falls of at least that size.
-
-    >>> rises_before(np.array([0.0, 2.0, 1.9, 3.0, 1.0, 4.0, 0.0]), 0.5)
-    [(0, 3), (4, 5)]
-    """
-    return _walk(values, least)[0]
-
-
-def _walk(values: Array, least: float) -> tuple[list[tuple[int, int]], Array]:
-    valleys, peaks = turning_points(values, least)
-    if not peaks or not valleys:
-        return [], np.zeros(0)
-    marks = sorted([(i, False) for i in valleys] + [(i, True) for i in peaks])
-    limits: list[tuple[int, int]] = []
-    drops: list[float] = []
-    if marks[0][1] and marks[0][0] > 0:
-        limits.append((0, marks[0][0]))
-    for (i, is_peak), (j, _) in pairwise(marks):
-        if is_peak:
-            drops.append(float(values[i] - values[j]))
-        else:
-            limits.append((i, j))
-    last, is_peak = marks[-1]
-    if is_peak:  # a fall that the record's end cuts off, or the last valley and what follows it
-        tail = last + int(np.argmin(values[last:]))
-        drops.append(float(values[last] - values[tail]))
-        last = tail
-    if last < len(values) - 1:
-        limits.append((last, len(values) - 1))
-    return limits, np.array(drops)
 
 
 def local_slopes(time: Array, extension: Array, weight: Array, flanks: Flanks, window: int) -> Array:
