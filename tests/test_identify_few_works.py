@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import stats
 
-from stickslip.identification.estimator.uncertainty import clipped_scale
+from stickslip.identification.estimator.residual_statistics import clipped_scale
 
 
 def test_students_interval_of_few_residuals_holds_the_truth():

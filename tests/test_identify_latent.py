@@ -8,7 +8,7 @@ from evidence import script
 
 import stickslip as ss
 from stickslip.identification import identify
-from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
+from stickslip.identification.estimator.residual_statistics import correlation_time, robust_scale
 from stickslip.identification.kinetic.displacement_error import DisplacementError, without
 from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.records import read_records

@@ -11,7 +11,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify
-from stickslip.identification.estimator.uncertainty import recurrence
+from stickslip.identification.estimator.residual_statistics import recurrence
 from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import first_guess
 from stickslip.identification.kinetic.force_fit import _acting_again, fit_forces

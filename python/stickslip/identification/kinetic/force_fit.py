@@ -15,15 +15,15 @@ import pandas as pd
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER, has_effect, minimize
 from stickslip.identification.estimator.record_scatter import record_scatter
-from stickslip.identification.estimator.uncertainty import (
+from stickslip.identification.estimator.residual_statistics import (
     clipped_scale,
     cluster_scores,
     correlation_time,
-    estimate,
     recurrence,
     robust_scale,
     variance_inflation,
 )
+from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.identification.kinetic.force_residuals import OFFSET, Problem
 from stickslip.identification.kinetic.replayed_motion import WITH_MEMORY
 from stickslip.laws import Law

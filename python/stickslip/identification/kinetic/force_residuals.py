@@ -12,7 +12,8 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import has_effect
-from stickslip.identification.estimator.uncertainty import own_error, robust_scale
+from stickslip.identification.estimator.residual_statistics import robust_scale
+from stickslip.identification.estimator.uncertainty import own_error
 from stickslip.identification.kinetic.replayed_motion import WITH_MEMORY, Motion
 from stickslip.identification.law_parameters import parameters_of_law
 from stickslip.identification.records import FrictionRecord

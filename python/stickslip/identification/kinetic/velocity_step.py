@@ -15,7 +15,8 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import Minimum, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameter, Parameters
-from stickslip.identification.estimator.uncertainty import correlated_covariance, correlation_time, estimate
+from stickslip.identification.estimator.residual_statistics import correlation_time
+from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate
 from stickslip.identification.kinetic.step_drive import notes_on_ramps, ramp_of
 from stickslip.identification.kinetic.step_response import (
     A_MINUS_B,

@@ -16,7 +16,7 @@ from stickslip.errors import InputError
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.files.units import to_error
-from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
+from stickslip.identification.estimator.residual_statistics import correlation_time, robust_scale
 from stickslip.identification.prediction.reading import read_motion
 from stickslip.identification.records import FrictionRecord, read_records
 from stickslip.identification.result import Identification

@@ -18,8 +18,8 @@ from stickslip.errors import InputError
 from stickslip.files.checks import number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
+from stickslip.identification.estimator.residual_statistics import correlation_time, robust_scale
 from stickslip.identification.estimator.threads import one_thread
-from stickslip.identification.estimator.uncertainty import correlation_time, robust_scale
 from stickslip.identification.prediction.agreement import (
     CYCLES,
     TRANSIENT,

@@ -11,7 +11,7 @@ import pandas as pd
 
 from stickslip.files.units import unit_of
 from stickslip.identification.estimator.least_squares import linear
-from stickslip.identification.estimator.uncertainty import robust_scale
+from stickslip.identification.estimator.residual_statistics import robust_scale
 from stickslip.identification.static.form_fit import StaticFit, choose
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.identification.static.rows import FEWEST_ROWS, common_error, one_rate

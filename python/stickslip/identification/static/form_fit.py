@@ -14,7 +14,8 @@ import pandas as pd
 
 from stickslip.identification.estimator.least_squares import OUTLIER, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
-from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, own_error, robust_scale
+from stickslip.identification.estimator.residual_statistics import robust_scale
+from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, own_error
 from stickslip.identification.static.forms import BY_RATIO, Form, forms
 from stickslip.identification.static.rows import common_error
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from stickslip.identification.estimator.uncertainty import robust_scale
+from stickslip.identification.estimator.residual_statistics import robust_scale
 from stickslip.identification.records import FrictionRecord
 
 Array = npt.NDArray[np.float64]

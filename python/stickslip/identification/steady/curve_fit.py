@@ -11,11 +11,8 @@ import numpy.typing as npt
 
 from stickslip.identification.estimator.least_squares import linear
 from stickslip.identification.estimator.record_scatter import record_scatter
-from stickslip.identification.estimator.uncertainty import (
-    correlated_covariance,
-    correlation_time,
-    recurrence,
-)
+from stickslip.identification.estimator.residual_statistics import correlation_time, recurrence
+from stickslip.identification.estimator.uncertainty import correlated_covariance
 from stickslip.identification.steady.curves import (
     BY_SENSE,
     EXPONENTS,

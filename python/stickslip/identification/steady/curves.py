@@ -14,10 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.identification.estimator.parameters import Parameter, Parameters
-from stickslip.identification.estimator.uncertainty import (
-    estimate,
-    half_width,
-)
+from stickslip.identification.estimator.uncertainty import estimate, half_width
 
 Array = npt.NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.identification.estimator.least_squares import linear
-from stickslip.identification.estimator.uncertainty import cluster_scores
+from stickslip.identification.estimator.residual_statistics import cluster_scores
 from stickslip.identification.steady.curve_fit import linear_losses
 from stickslip.identification.steady.curves import BLOCKS, FreeCurve, Rows, SteadyFit
 

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER
-from stickslip.identification.estimator.uncertainty import robust_scale
+from stickslip.identification.estimator.residual_statistics import robust_scale
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.laws import Law
 from stickslip.laws.numbers import pointers, value, with_values

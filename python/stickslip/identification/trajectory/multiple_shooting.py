@@ -13,7 +13,8 @@ from scipy.sparse import csr_array
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import OUTLIER, levenberg_marquardt
-from stickslip.identification.estimator.uncertainty import correlation_time, inverse, robust_scale
+from stickslip.identification.estimator.residual_statistics import correlation_time, robust_scale
+from stickslip.identification.estimator.uncertainty import inverse
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.first_passage import (

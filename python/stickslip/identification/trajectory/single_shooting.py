@@ -15,12 +15,8 @@ from scipy.special import chdtri
 from stickslip.errors import InputError
 from stickslip.identification.estimator.least_squares import has_effect, levenberg_marquardt, minimize, robust
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
-from stickslip.identification.estimator.uncertainty import (
-    correlation_time,
-    inverse,
-    recurrence,
-    variance_inflation,
-)
+from stickslip.identification.estimator.residual_statistics import correlation_time, recurrence, variance_inflation
+from stickslip.identification.estimator.uncertainty import inverse
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.search import LIKE_NOISE, Refined, distance
@@ -201,10 +197,9 @@ class SingleShooting:
         """Of all unknowns, and the degrees of freedom of their errors.
 
         From what each sample's residual does to each unknown, as far as these go together from sample to sample and from
-        one cycle to the next (:func:`~stickslip.identification.estimator.uncertainty.variance_inflation`): a misfit that
-        every cycle repeats is the law's, and is not averaged down. Where the records draw an unknown farther apart than
-        that lets expect, what sets the records apart counts. What an error of the instrument's zero and scale, common to
-        all records, would do to the unknowns is added.
+        one cycle to the next (:func:`variance_inflation`): a misfit that every cycle repeats is the law's, and is not
+        averaged down. Where the records draw an unknown farther apart than that lets expect, what sets the records apart
+        counts. What an error of the instrument's zero and scale, common to all records, would do to the unknowns is added.
         """
         residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
         edges = np.cumsum([0, *self.lengths(1.0)])
