@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 
 import stickslip as ss
 from stickslip.identification import fit_static_friction, fit_steady
-from stickslip.identification.steady.curve_fit import fit_form
 from stickslip.identification.steady.curves import Rows
+from stickslip.identification.steady.single_form_fit import fit_form
 from stickslip.measurement import measure
 
 RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"

@@ -8,8 +8,8 @@ from stickslip.identification.result import Identification
 from stickslip.identification.selection.comparison import Comparison, compare_laws
 from stickslip.identification.selection.identify import identify
 from stickslip.identification.static.static_fit import StaticFrictionFit, fit_static_friction
-from stickslip.identification.steady.steady_fit import fit_steady
-from stickslip.identification.steady.steady_friction import SteadyFriction
+from stickslip.identification.steady.form_choice import fit_steady
+from stickslip.identification.steady.steady_result import SteadyFriction
 from stickslip.identification.synthetic import friction_of_orbit, friction_of_sticks
 from stickslip.identification.trajectory.sensitivity import Sensitivity, sensitivity
 from stickslip.identification.trajectory.shooting import fit_trajectories

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.replayed_motion import Motion
-from stickslip.identification.steady.curve_fit import linear_losses
 from stickslip.identification.steady.curves import Rows
 from stickslip.identification.steady.misfit import PART, SURE, predicts_worse
+from stickslip.identification.steady.single_form_fit import linear_losses
 from stickslip.identification.steady.steady_rows import beside_sticks
 from stickslip.laws import Law
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.identification.result import Identification
-from stickslip.identification.steady.steady_friction import SteadyFriction
+from stickslip.identification.steady.steady_result import SteadyFriction
 from stickslip.laws.bands import table_up_to
 
 

@@ -1,4 +1,8 @@
-"""Motion as a labelled data set: displacement, velocity and acceleration, with a cut-off and an uncertainty."""
+"""Motion as a labelled data set: displacement, velocity and acceleration, with a cut-off and an uncertainty.
+
+The numbers are made elsewhere: by the pieces between sticks in `signals/piecewise_fit`, reached through
+`indirect/method`, and by the smoothers that know of no events in `signals/smooth`.
+"""
 
 from __future__ import annotations
 

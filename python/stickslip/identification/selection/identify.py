@@ -26,7 +26,7 @@ from stickslip.identification.static.caveats import OF_STICK_TIME, notes_on_unli
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.identification.static.rows import one_rate
 from stickslip.identification.static.static_fit import fit_static_friction
-from stickslip.identification.steady.steady_fit import fit_steady
+from stickslip.identification.steady.form_choice import fit_steady
 from stickslip.laws import (
     Combined,
     Coulomb,

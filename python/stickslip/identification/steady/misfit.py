@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from stickslip.identification.estimator.least_squares import linear
 from stickslip.identification.estimator.residual_statistics import cluster_scores
-from stickslip.identification.steady.curve_fit import linear_losses
 from stickslip.identification.steady.curves import BLOCKS, FreeCurve, Rows, SteadyFit
+from stickslip.identification.steady.single_form_fit import linear_losses
 
 Array = npt.NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from scipy.special import chdtri
 
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.kinetic.replayed_motion import extrapolated_note
-from stickslip.identification.steady.curve_fit import record_scatter_of
 from stickslip.identification.steady.curves import FEW, GRAVITY, Rows, SteadyFit
+from stickslip.identification.steady.single_form_fit import record_scatter_of
 
 APART = 0.1
 """Friction that misses the curve by more than this part of it is named."""

@@ -12,7 +12,7 @@ from stickslip.identification.steady.curves import BLOCKS
 from stickslip.show.canvas import ABOVE, OKABE_ITO, in_units, new_axes
 
 if TYPE_CHECKING:
-    from stickslip.identification.steady.steady_friction import SteadyFriction
+    from stickslip.identification.steady.steady_result import SteadyFriction
 
 Array = npt.NDArray[np.float64]
 

@@ -20,10 +20,10 @@ from stickslip.identification.law_fit_notes import notes_on_uncertain_numbers
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Checkpoint
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
-from stickslip.identification.trajectory.multiple_shooting import MultipleShooting, scattering
 from stickslip.identification.trajectory.profile import profile_intervals, why_no_parabola
 from stickslip.identification.trajectory.search import Progress, Refined, distance, search
 from stickslip.identification.trajectory.single_shooting import SingleShooting
+from stickslip.identification.trajectory.slip_shooting import SlipShooting, scattering
 from stickslip.laws.numbers import check_names
 
 if TYPE_CHECKING:
@@ -60,9 +60,10 @@ def fit_trajectories(
     Each start is led near first by what does not depend on φ: period, turning points, time stuck, distance of the phase
     trajectories, kind of motion. A motion of another kind than the measured one is never taken.
 
-    By slips (multiple shooting) each slip that follows a whole stick and ends in one is simulated anew, from its own
-    break-away: where and when it begins are unknowns of that slip, the numbers of the law are shared. How static friction
-    grows is then taken from where the sticks end, see :mod:`stickslip.identification.trajectory.first_passage`.
+    By slips (multiple shooting without matching conditions) each slip that follows a whole stick and ends in one is
+    simulated anew, from its own break-away: where and when it begins are unknowns of that slip, the numbers of the law are
+    shared. How static friction grows is then taken from where the sticks end, see
+    :mod:`stickslip.identification.trajectory.first_passage`.
 
     Parameters
     ----------
@@ -119,14 +120,14 @@ def fit_trajectories(
     bounds = {**first.bounds, **_checked(bounds or {}, names)}
     numbers, instrument = LawParameters(first.law, names, first.ties, bounds), (zero_error, scale_error)
     why = scattering(first, settled_after) if shooting == "auto" else None
-    shots: SingleShooting | MultipleShooting
+    shots: SingleShooting | SlipShooting
     if shooting == "slips" or why is not None:
         if profile:
             raise InputError(
                 "fit_trajectories: intervals by slips come from how the slips differ, not from a profile: leave profile out"
                 + ("" if why is None else f", or shoot by records ({why})")
             )
-        shots = MultipleShooting(first.records, settled_after, numbers, instrument)
+        shots = SlipShooting(first.records, settled_after, numbers, instrument)
     else:
         shots = SingleShooting([MotionMisfit(record, settled_after) for record in first.records], numbers, instrument)
     about = [names, settled_after, seed, type(shots).__name__, sorted(bounds.items())]
@@ -145,15 +146,15 @@ def fit_trajectories(
 
 
 def _finished(
-    shots: SingleShooting | MultipleShooting,
-) -> tuple[SingleShooting | MultipleShooting, Refined, list[str]]:
+    shots: SingleShooting | SlipShooting,
+) -> tuple[SingleShooting | SlipShooting, Refined, list[str]]:
     """The search ended, with sentences on numbers that the motions do not tell: after a long search they are held."""
     notes: list[str] = []
     while True:
         try:
             return shots, shots.finish(), notes
         except Inseparable as error:
-            if isinstance(shots, MultipleShooting) or len(error.names) < 2:
+            if isinstance(shots, SlipShooting) or len(error.names) < 2:
                 raise
             name = error.names[-1]
             at = dict(zip(shots.free.names, shots.free.values(shots.best[1][: shots.count]), strict=True))[name]
@@ -178,7 +179,7 @@ def _checked(bounds: Mapping[str, tuple[float, float]], names: Iterable[str]) ->
 
 
 def _result(
-    first: Identification, shots: SingleShooting | MultipleShooting, refined: Refined, notes: list[str]
+    first: Identification, shots: SingleShooting | SlipShooting, refined: Refined, notes: list[str]
 ) -> Identification:
     free, count = shots.free, len(shots.free.names)
     covariance = refined.covariance[:count, :count]
@@ -187,7 +188,7 @@ def _result(
         covariance = covariance + np.outer(apart, apart) + np.diag(_lacking(first, free, refined) ** 2)
         notes = [*notes, *said]
     parameters, full = free.estimate(refined.numbers, covariance, refined.freedom)
-    options = ["--trajectories", *(["--shooting slips"] if isinstance(shots, MultipleShooting) else [])]
+    options = ["--trajectories", *(["--shooting slips"] if isinstance(shots, SlipShooting) else [])]
     for name, size in zip(("zero", "scale"), shots.instrument_error.tolist(), strict=True):
         if size:
             options.append(f"--{name}-error {size:g}")

@@ -1,4 +1,7 @@
-"""Friction over slip velocity alone: the forms that were fitted, the chosen one, and the law in it."""
+"""The result of `fit_steady`: the forms that were fitted, the chosen one, and the law in it.
+
+The choice is made in `form_choice`, each form is fitted in `single_form_fit`, and the law is made in `law_of_form`.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ from stickslip.files.disk import write_text
 from stickslip.files.units import unit_of
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.steady.curves import BY_SENSE, DIMENSIONS, OF_MOTION, SteadyFit
-from stickslip.identification.steady.steady_law import law_of_form
+from stickslip.identification.steady.law_of_form import law_of_form
 from stickslip.identification.steady.steady_notes import at_rest
 from stickslip.laws import Law
 from stickslip.laws.law import law_file

@@ -1,4 +1,9 @@
-"""Slips compared with those that a law makes, each begun anew from its own break-away: multiple shooting."""
+"""Slips compared with those that a law makes, each begun anew from its own break-away.
+
+It is multiple shooting without matching conditions: nothing joins the end of a slip to the beginning of the next. How late
+and how far off each slip begins are unknowns of its own, and so is the level of its friction where levels scatter. What ties
+the ends of sticks to the static friction of the law is in `first_passage`. Whole records are shot in `single_shooting`.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +75,7 @@ def scattering(first: Identification, settled_after: float) -> str | None:
     return None
 
 
-class MultipleShooting:
+class SlipShooting:
     """Slips and free numbers: the misfit of the slips, its slopes, and the descent.
 
     The vector of unknowns is (free numbers, how late each slip begins, how far off, and the level of its friction), the

@@ -1,4 +1,7 @@
-"""A form of friction over slip velocity as a law of the catalogue."""
+"""A form of friction over slip velocity as a law of the catalogue.
+
+The form and its numbers come from `single_form_fit` by way of `steady_result`.
+"""
 
 from __future__ import annotations
 

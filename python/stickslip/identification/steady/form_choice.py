@@ -1,4 +1,7 @@
-"""Friction over slip velocity alone: the forms that such a curve may have, laid beside each other, offset and all."""
+"""The choice of a form of friction over slip velocity: all forms fitted, compared, and the simplest of the best taken.
+
+The fit of one form is in `single_form_fit`, the result in `steady_result`, its law in `law_of_form`.
+"""
 
 from __future__ import annotations
 
@@ -16,16 +19,16 @@ from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.records import check_same_units, opened
-from stickslip.identification.steady.curve_fit import fit_form
 from stickslip.identification.steady.curves import ONE_SPEED, SHAPES, Rows, SteadyFit, forms_of
 from stickslip.identification.steady.misfit import predicts_worse, widened
-from stickslip.identification.steady.steady_friction import SteadyFriction
+from stickslip.identification.steady.single_form_fit import fit_form
 from stickslip.identification.steady.steady_notes import (
     is_constant,
     notes_on_choice,
     notes_on_disagreement,
     scatter_between_records,
 )
+from stickslip.identification.steady.steady_result import SteadyFriction
 from stickslip.identification.steady.steady_rows import joined, notes_on_left_out, rows_of
 from stickslip.laws import Asymmetric
 from stickslip.measurement.result import stated_notes

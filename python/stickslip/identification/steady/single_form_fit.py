@@ -1,4 +1,7 @@
-"""The fit of one form of friction over slip velocity: its scale by search, all other numbers by linear least squares."""
+"""The fit of one form of friction over slip velocity: its scale by search, all other numbers by linear least squares.
+
+Which of the forms is taken is decided in `form_choice`.
+"""
 
 from __future__ import annotations
 
