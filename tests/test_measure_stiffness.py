@@ -126,5 +126,7 @@ def test_the_rig_can_forbid_it():
 
 def test_slow_for_about_as_long_as_divides_the_kinds_is_unknown():
     w = np.tile([0.0, 2.0], 50)
-    found = [regime(w, 1.0, slow, 0.02, 0.1, rigid=False, sticks=40, cycles=50) for slow in (0.2, LINGERS + 0.01, 0.3)]
+    found = [
+        regime(w, 1.0, slow, 0.02, 0.1, resting=False, sticks=40, cycles=50) for slow in (0.2, LINGERS + 0.01, 0.3)
+    ]
     assert found == [("almost_harmonic", ""), ("unknown", "limit"), ("stick_slip", "")]

@@ -161,7 +161,7 @@ def _tree(record: Record, rig: Rig, found: Measured) -> xr.DataTree:
             "inertia": o.mass,
         },
         constants={
-            "creeps": int(not found.rigid),
+            "creeps": int(not found.resting),
             "saturated": found.saturated,
             "mass": rig.mass,
             "damping": o.damping,

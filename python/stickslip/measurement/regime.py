@@ -87,7 +87,7 @@ def regime(
     slow: float,
     slow_error: float,
     blur: float,
-    rigid: bool,
+    resting: bool,
     sticks: int,
     cycles: int,
 ) -> Regime:
@@ -95,7 +95,7 @@ def regime(
 
     - ``at_rest``: the mass goes with the drive, |w| < 0.2 V, all the time;
     - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
-    - where sticks are exact (`rigid`): ``stick_slip`` if more than one in five cycles sticks, else ``almost_harmonic``;
+    - where sticks are exact (`resting`): ``stick_slip`` if more than one in five cycles sticks, else ``almost_harmonic``;
     - where the mass creeps: ``stick_slip``, be it fast, if it sticks and |w| < 0.2 V for at least 25 % of the time, else
       ``almost_harmonic``;
     - ``unknown`` where that share is not told apart from 25 % by its own error, where it is more and yet nothing is seen to
@@ -107,10 +107,10 @@ def regime(
     drive_velocity : V in the same unit.
     slow, slow_error : share of the time with |w| < 0.2 V, and its error, from `slow_share`.
     blur : standard error of w at a sample over V.
-    rigid : whether the mass rests while it sticks, to within the noise.
+    resting : whether the mass rests while it sticks, to within the noise.
     sticks, cycles : how many cycles stick, and how many there are.
     """
-    if rigid:
+    if resting:
         lingers = sticks > 0.2 * cycles
         known = lingers or slow < LINGERS + slow_error or slow > NEVER_SLIPS
     else:
@@ -119,7 +119,7 @@ def regime(
     if lingers and known and float(np.std(slip_velocity)) >= STEADY * drive_velocity:
         return Regime("stick_slip")
     if not known or blur > BLURRED:
-        return Regime("unknown", "noise" if blur > BLURRED else "limit" if sticks and not rigid else "no sticks")
+        return Regime("unknown", "noise" if blur > BLURRED else "limit" if sticks and not resting else "no sticks")
     if float(np.std(slip_velocity)) >= STEADY * drive_velocity:
         return Regime("almost_harmonic")
     return Regime("at_rest" if slow > NEVER_SLIPS else "stable_slip")
@@ -156,14 +156,14 @@ def regime_of_slip(slip_velocity: Array, stuck_share: float, sticks: bool, level
 
 
 def regime_notes(
-    found: Regime, slow: float, blur: float, rigid: bool, sticks: int, cycles: int, per_period: float
+    found: Regime, slow: float, blur: float, resting: bool, sticks: int, cycles: int, per_period: float
 ) -> list[str]:
     """What is said of stick-slip that is intermittent, of an unknown kind, and of a motion that may touch w = 0 unseen.
 
     Parameters
     ----------
     found : from `regime`.
-    slow, blur, rigid, sticks, cycles : as of `regime`.
+    slow, blur, resting, sticks, cycles : as of `regime`.
     per_period : samples in a period of the free mass.
     """
     share, percent = f"|w| < {SLOW_LEVEL:g} V for", f"{100 * slow:.0f} % of the time"
@@ -179,9 +179,9 @@ def regime_notes(
             "limit": f"{share} {percent}, too near the {100 * LINGERS:.0f} % of stick-slip",
         }
         return [f"the kind of motion cannot be told: {why[found.doubt]}; no sticks were taken"]
-    if found.kind == "stick_slip" and rigid and sticks < 0.8 * cycles:
+    if found.kind == "stick_slip" and resting and sticks < 0.8 * cycles:
         return [f"the stick-slip is intermittent: {sticks} of {cycles} cycles stick"]
-    if found.kind == "stick_slip" and not rigid and slow < INTERMITTENT:
+    if found.kind == "stick_slip" and not resting and slow < INTERMITTENT:
         return [f"the stick-slip is intermittent: {share} only {percent}"]
     if found.kind == "almost_harmonic" and slow >= NEARLY * TOUCHES:
         return [

@@ -61,7 +61,7 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
     x, v = data["x"].to_numpy(), data["v"].to_numpy()
     trace = pd.DataFrame({"time": times, "v": v, "spring": system.stiffness * x, "stuck": data["stuck"].to_numpy()})
     kind = orbit.regime(transient)
-    # Where nothing sticks, nothing tells that a stick would be rigid.
+    # Where nothing sticks, nothing tells that the mass would not creep.
     creeps = record.attrs.get("creeps") or ("creeps" in record.attrs and not len(record.break_away))
     if not creeps or kind in ("unfinished", "diverged", "at_rest"):
         return Reading(kind, trace, _releases(orbit, system, start))
@@ -74,7 +74,7 @@ def read_motion(record: FrictionRecord, orbit: Orbit, transient: float) -> Readi
     found = creeping_sticks(presmoothed, flanks, speed)
     w = speed - v
     slow, _ = slow_share(w, speed, noise, record.step, [stick.end - stick.start for stick in found])
-    kind = regime(w, speed, slow, 0.0, 0.0, rigid=False, sticks=len(found), cycles=len(flanks.limits)).kind
+    kind = regime(w, speed, slow, 0.0, 0.0, resting=False, sticks=len(found), cycles=len(flanks.limits)).kind
     if kind == "unknown":  # nothing hides the sticks of a simulated motion
         kind = "almost_harmonic"
     if kind != "stick_slip":  # as in a record, what is no stick-slip has no sticks

@@ -6,8 +6,8 @@ import numpy as np
 
 from stickslip.measurement.disturbances.ripple import RemovedRipple, find_ripple, refined_ripple
 from stickslip.measurement.indirect.draft import Draft
-from stickslip.measurement.indirect.draft_fit import fit_pieces, fit_rigid_sticks
-from stickslip.measurement.indirect.recalibration import most_mistaken, rigid_sticks
+from stickslip.measurement.indirect.draft_fit import fit_pieces, fit_resting_sticks
+from stickslip.measurement.indirect.recalibration import most_mistaken, resting_sticks
 from stickslip.measurement.indirect.stick_candidates import Stick, creep_delay, creeping_sticks
 from stickslip.measurement.rigs.rig import Rig
 
@@ -25,7 +25,7 @@ def without_ripple(draft: Draft, rig: Rig, pixel: float | None) -> tuple[Draft, 
     found, removed = _ripple_taken(draft, rig, pixel, guesses)
     if removed is None:
         return draft, None
-    ends = np.array([stick.end for stick in fit_rigid_sticks(found)[0] if stick.ends])
+    ends = np.array([stick.end for stick in fit_resting_sticks(found)[0] if stick.ends])
     seen = np.array([stick.end for stick in guesses if stick.ends])
     if ends.size and seen.size:
         early = seen - ends[np.abs(seen[:, None] - ends).argmin(axis=1)]
@@ -45,22 +45,22 @@ def _ripple_taken(
         return draft, None
     removed = RemovedRipple(ripple, True)
     still = removed.taken_from(draft)
-    _, slope, rigid = rigid_sticks(still, o.drive_velocity)
-    if slope is None or not rigid or abs(slope.value / o.drive_velocity - 1) > most_mistaken(rig):
+    _, slope, resting = resting_sticks(still, o.drive_velocity)
+    if slope is None or not resting or abs(slope.value / o.drive_velocity - 1) > most_mistaken(rig):
         return draft, None
-    if not (sticks := fit_rigid_sticks(still)[0]):
+    if not (sticks := fit_resting_sticks(still)[0]):
         return draft, None
     # the slips tell whether they have it too
-    inner = fit_rigid_sticks(RemovedRipple(ripple, False, sticks).taken_from(draft))[0]
+    inner = fit_resting_sticks(RemovedRipple(ripple, False, sticks).taken_from(draft))[0]
     if not inner:
         return still, removed
     bridged = RemovedRipple(refined_ripple(ripple, *samples, inner, draft.noise), False, inner)
     joined = bridged.taken_from(draft)
-    fits = [fit_pieces(still, sticks, rigid=True), fit_pieces(joined, inner, rigid=True)]
+    fits = [fit_pieces(still, sticks, resting=True), fit_pieces(joined, inner, resting=True)]
     both = [fit.deviance(fit.cutoff) for fit in fits]
     # first guesses that hold parts of slips may share a line that the sticks have not
-    if plain := fit_rigid_sticks(draft)[0]:
-        fit = fit_pieces(draft, plain, rigid=True)
+    if plain := fit_resting_sticks(draft)[0]:
+        fit = fit_pieces(draft, plain, resting=True)
         if fit.deviance(fit.cutoff) < min(both):
             return draft, None
     return (still, removed) if both[0] + ripple.releasing(inner) < both[1] else (joined, bridged)

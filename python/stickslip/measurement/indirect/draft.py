@@ -25,7 +25,7 @@ class Draft:
     oscillator : m, D, k, V.
     noise : standard deviation of the samples of x.
     presmoothed, flanks : a first smooth reading, and the stretches on which the spring is wound up.
-    rigid : whether the mass rests while it sticks, to within the noise.
+    resting : whether the mass rests while it sticks, to within the noise.
     together : samples that count as one; `noise` is that of white noise of the same density.
     """
 
@@ -36,7 +36,7 @@ class Draft:
     noise: float
     presmoothed: Presmoothed
     flanks: Flanks
-    rigid: bool
+    resting: bool
     together: float = 1.0
 
     @property

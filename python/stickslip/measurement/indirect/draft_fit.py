@@ -15,7 +15,7 @@ import numpy as np
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction, friction_force
 from stickslip.measurement.indirect.hidden_fall import with_hidden_fall
-from stickslip.measurement.indirect.stick_candidates import Stick, creeping_sticks, rigid_candidates
+from stickslip.measurement.indirect.stick_candidates import Stick, creeping_sticks, resting_candidates
 from stickslip.measurement.indirect.stick_limits import refine_sticks
 from stickslip.measurement.regime import Regime, regime, slow_share
 from stickslip.measurement.signals.piecewise_fit import Kind, Part, PiecewiseFit
@@ -36,12 +36,12 @@ class DraftFit(NamedTuple):
 def fit_draft(draft: Draft, sticking: bool = True) -> DraftFit:
     """Friction of a draft, with its sticks, or with none where not `sticking`."""
     o, presmoothed, flanks = draft.oscillator, draft.presmoothed, draft.flanks
-    if sticking and draft.rigid:
-        sticks, fit, soft = fit_rigid_sticks(draft)
+    if sticking and draft.resting:
+        sticks, fit, soft = fit_resting_sticks(draft)
     else:
         soft = True
         sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
-        fit = fit_pieces(draft, sticks, rigid=False)
+        fit = fit_pieces(draft, sticks, resting=False)
     friction = friction_force(fit, sticks)
     gaps = _gaps(draft)
     sticks = [
@@ -52,21 +52,21 @@ def fit_draft(draft: Draft, sticking: bool = True) -> DraftFit:
         friction = with_hidden_fall(friction, sticks)
     w, lasting = friction.slip_velocity, [stick.end - stick.start for stick in sticks]
     slow, slow_error = slow_share(w, o.drive_velocity, draft.noise, draft.step, lasting)
-    found = regime(w, o.drive_velocity, slow, slow_error, draft.blur, draft.rigid, len(sticks), len(flanks.limits))
+    found = regime(w, o.drive_velocity, slow, slow_error, draft.blur, draft.resting, len(sticks), len(flanks.limits))
     return DraftFit(friction, sticks, slow, found)
 
 
-def fit_rigid_sticks(draft: Draft) -> tuple[list[Stick], PiecewiseFit, bool]:
+def fit_resting_sticks(draft: Draft) -> tuple[list[Stick], PiecewiseFit, bool]:
     """Alternate between the limits of the sticks and the cut-off of the slips; `soft` as of `refine_sticks`."""
     time, presmoothed, o = draft.time, draft.presmoothed, draft.oscillator
-    sticks = rigid_candidates(presmoothed, draft.flanks, o.drive_velocity, 1 / natural_period(o))
+    sticks = resting_candidates(presmoothed, draft.flanks, o.drive_velocity, 1 / natural_period(o))
     cutoff = presmoothed.cutoff
     step = float(time[1] - time[0])
     soft: bool | None = None
     for span in (max(8 * step, 0.06 * natural_period(o)), 3 * step):
         model = SlipModel(time, draft.path, draft.weight, o, draft.noise, draft.knots, cutoff)
         sticks, soft = refine_sticks(model, sticks, span, soft)
-        fit = fit_pieces(draft, sticks, rigid=True)
+        fit = fit_pieces(draft, sticks, resting=True)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)
         if not sticks or (soft and changed < 0.1):
@@ -74,18 +74,18 @@ def fit_rigid_sticks(draft: Draft) -> tuple[list[Stick], PiecewiseFit, bool]:
     return sticks, fit, bool(soft)
 
 
-def fit_pieces(draft: Draft, sticks: list[Stick], rigid: bool) -> PiecewiseFit:
+def fit_pieces(draft: Draft, sticks: list[Stick], resting: bool) -> PiecewiseFit:
     """Fit the record in pieces that end at the limits of the sticks, each part with its likeliest cut-off."""
     time, oscillator, knots = draft.time, draft.oscillator, draft.knots
     period = natural_period(oscillator)
-    rest: Kind = "rigid" if rigid else "creep"
+    stuck: Kind = "rest" if resting else "creep"
     breaks: list[float] = [float(time[0])]
     kinds: list[Kind] = []
     for stick in sticks:
         if stick.starts:
             kinds.append("slip")
             breaks.append(stick.start)
-        kinds.append(rest)
+        kinds.append(stuck)
         if stick.ends:
             breaks.append(stick.end)
     if not sticks or sticks[-1].ends:

@@ -76,7 +76,7 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
 
     Parameters
     ----------
-    friction : of a record with rigid sticks at whose ends the force jumps.
+    friction : of a record without creep in its sticks, at whose ends the force jumps.
     sticks : those sticks.
 
     Returns

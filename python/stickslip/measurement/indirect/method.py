@@ -39,7 +39,7 @@ from stickslip.measurement.indirect.recalibration import (
     another_drive_velocity,
     most_mistaken,
     recalibrated,
-    rigid_sticks,
+    resting_sticks,
 )
 from stickslip.measurement.indirect.stick_candidates import Stick, creep_delay, stick_slope
 from stickslip.measurement.indirect.stick_limits import BLUR
@@ -62,7 +62,7 @@ class Measured:
     Attributes
     ----------
     friction, sticks, regime : see :class:`Friction`, :class:`Stick` and :class:`Regime`.
-    rigid : whether the mass rests while it sticks, to within the noise.
+    resting : whether the mass rests while it sticks, to within the noise.
     slow : share of the time with |w| < 0.2 V.
     line : main line of the acceleration.
     saturated : samples at the end of the instrument's range.
@@ -70,7 +70,7 @@ class Measured:
 
     friction: Friction
     sticks: list[Stick]
-    rigid: bool
+    resting: bool
     slow: float
     line: Line
     regime: str
@@ -107,21 +107,21 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
     stated = Draft(time, x, weight, o, noise, presmoothed, flanks, True)
     pixel = None if record.pixel is None else record.pixel * abs(rig.force_unit) / extension.stiffness
     cleared, ripple = without_ripple(stated, rig, pixel)
-    trial, slope, rigid = rigid_sticks(cleared, o.drive_velocity)
+    trial, slope, resting = resting_sticks(cleared, o.drive_velocity)
     colour = noise_colour_of(stated, rig, extension.least)
-    if colour is not None and (ripple is not None or not rigid):
+    if colour is not None and (ripple is not None or not resting):
         # what looks like a ripple or like creep may be noise that is slow
         deviation = extension.known_noise or colour.deviation
         notes.append(note_on_coloured_noise(colour, deviation, units))
         cleared, ripple = without_ripple(with_coloured_noise(stated, colour, deviation), rig, pixel)
-        trial, slope, rigid = rigid_sticks(cleared, o.drive_velocity)
+        trial, slope, resting = resting_sticks(cleared, o.drive_velocity)
     stated = cleared
     x, presmoothed, flanks = stated.extension, stated.presmoothed, stated.flanks
     # A mass that does not go with the drive where it seems to rest does not rest; where nothing sticks, or for too few
     # samples to have a slope, nothing shows that it creeps.
-    rigid = slope is None or (rigid and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig))
+    resting = slope is None or (resting and abs(slope.value / o.drive_velocity - 1) <= most_mistaken(rig))
     smaller: list[str] = []
-    if not rigid:
+    if not resting:
         flanks = find_flanks(presmoothed, rig.least_drop)
         if flanks.smaller:
             smaller.append(
@@ -129,7 +129,7 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
                 "as creep inside a stick, not as slips (rig: least_drop)"
             )
         slope = stick_slope(time, x, weight, flanks, presmoothed, o.drive_velocity)
-    stated = replace(stated, flanks=flanks, rigid=rigid)
+    stated = replace(stated, flanks=flanks, resting=resting)
     draft, why = (stated, []) if slope is None else recalibrated(stated, slope, trial, rig)
     friction, sticks, slow, found = fit_draft(draft)
     if found.kind != "stick_slip" and (sticks or draft is not stated):
@@ -142,9 +142,9 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
         friction = ripple.returned(friction, sticks)
         notes.append(ripple.note(o, units))
     notes += why
-    few = notes_on_few_samples(record, o, units) if sticks and rigid else []
+    few = notes_on_few_samples(record, o, units) if sticks and resting else []
     notes += few
-    if sticks and not rigid:
+    if sticks and not resting:
         notes += smaller
         delay = creep_delay(presmoothed, sticks, o.drive_velocity)
         notes.append(
@@ -171,14 +171,14 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
         notes += notes_on_low_pass(friction, record.step, units)
     if few:  # so few samples place all break-aways alike
         friction = friction.with_late_error(BLUR * record.step)
-    if sticks and not rigid:
+    if sticks and not resting:
         late = delay / math.sqrt(3)
         levels = np.interp([stick.end for stick in sticks if stick.ends], time, presmoothed.extension)
         # Break-aways that scatter by far more do not feel it.
         if not levels.size or o.drive_velocity * late > FELT * float(np.std(levels)):
             friction = friction.with_late_error(late)
     cycles, per_period = len(flanks.limits), natural_period(o) / record.step
-    notes += regime_notes(found, slow, stated.blur, rigid, len(sticks), cycles, per_period)
+    notes += regime_notes(found, slow, stated.blur, resting, len(sticks), cycles, per_period)
     line = draft.line(friction.slip_acceleration)
     # the pull of other masses has its own lines; of steady slip there is noise
     if alone and found.kind not in ("stable_slip", "at_rest"):
@@ -186,7 +186,7 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
     ends = np.array([stick.end for stick in sticks])
     if found.kind == "stick_slip" and ends.size >= 3:
         line = draft.line(friction.slip_acceleration, 1 / float(np.median(np.diff(ends))))
-    return Measured(friction, sticks, rigid, slow, line, found.kind, notes, extension.saturated)
+    return Measured(friction, sticks, resting, slow, line, found.kind, notes, extension.saturated)
 
 
 def _between_jumps(record: Record, rig: Rig, o: OscillatorConstants, jumps: list[ZeroJump]) -> tuple[slice, list[str]]:

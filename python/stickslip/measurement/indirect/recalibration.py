@@ -15,9 +15,9 @@ from stickslip.measurement.indirect.stick_candidates import (
     Stick,
     StickSlope,
     creeping_sticks,
-    is_rigid,
-    rigid_candidates,
-    rigid_slope,
+    is_resting,
+    resting_candidates,
+    resting_slope,
     stick_slope,
 )
 from stickslip.measurement.regime import regime, slow_share
@@ -94,12 +94,12 @@ def recalibrated(draft: Draft, slope: StickSlope, candidates: list[Stick], rig: 
     return draft.with_stiffness(ratio), [note]
 
 
-def rigid_sticks(draft: Draft, speed: float) -> tuple[list[Stick], StickSlope | None, bool]:
+def resting_sticks(draft: Draft, speed: float) -> tuple[list[Stick], StickSlope | None, bool]:
     """Where a mass that does not creep may stick on a drive of this speed, their slope, and whether it rests there."""
     samples = draft.time, draft.extension, draft.weight
-    trial = rigid_candidates(draft.presmoothed, draft.flanks, speed, 1 / natural_period(draft.oscillator))
-    slope = rigid_slope(*samples, trial, draft.noise) if trial else None
-    return trial, slope, slope is not None and is_rigid(*samples, trial, slope.value, draft.noise)
+    trial = resting_candidates(draft.presmoothed, draft.flanks, speed, 1 / natural_period(draft.oscillator))
+    slope = resting_slope(*samples, trial, draft.noise) if trial else None
+    return trial, slope, slope is not None and is_resting(*samples, trial, slope.value, draft.noise)
 
 
 def another_drive_velocity(draft: Draft, rig: Rig) -> list[str]:
@@ -109,13 +109,13 @@ def another_drive_velocity(draft: Draft, rig: Rig) -> list[str]:
     speed = float(np.median(rising)) if rising else 0.0
     if speed <= 0:
         return []
-    trial, slope, rigid = rigid_sticks(draft, speed)
-    if not rigid:
+    trial, slope, resting = resting_sticks(draft, speed)
+    if not resting:
         slope = stick_slope(draft.time, draft.extension, draft.weight, draft.flanks, draft.presmoothed, speed)
     stated = draft.oscillator.drive_velocity
     if slope is None or slope.value <= 0 or abs(slope.value / stated - 1) <= most_mistaken(rig):
         return []
-    slow = _slow_if_stuck(replace(draft, rigid=rigid), slope.value, trial)
+    slow = _slow_if_stuck(replace(draft, resting=resting), slope.value, trial)
     if slow is None or slow < MOSTLY_SLOW:
         return []
     unit = unit_suffix(rig.units.speed)
@@ -132,9 +132,9 @@ def most_mistaken(rig: Rig) -> float:
 
 def _slow_if_stuck(draft: Draft, speed: float, candidates: list[Stick]) -> float | None:
     """Share of the time in which the mass is slow if a stick has this slope; None where that is no stick-slip."""
-    sticks = candidates if draft.rigid else creeping_sticks(draft.presmoothed, draft.flanks, speed)
+    sticks = candidates if draft.resting else creeping_sticks(draft.presmoothed, draft.flanks, speed)
     lasting = [stick.end - stick.start for stick in sticks]
     w = speed - draft.presmoothed.rate
     slow = slow_share(w, speed, draft.noise, draft.step, lasting)
-    word = regime(w, speed, *slow, 0.0, draft.rigid, len(sticks), len(draft.flanks.limits)).kind
+    word = regime(w, speed, *slow, 0.0, draft.resting, len(sticks), len(draft.flanks.limits)).kind
     return slow[0] if word == "stick_slip" else None

@@ -174,7 +174,7 @@ def creep_delay(presmoothed: Presmoothed, sticks: list[Stick], drive_velocity: f
     return float(np.median(delays)) if delays else 0.0
 
 
-def rigid_candidates(
+def resting_candidates(
     presmoothed: Presmoothed, flanks: Flanks, drive_velocity: float, own_frequency: float
 ) -> list[Stick]:
     """Where a mass that does not creep may stick: the slip velocity vanishes within its error."""
@@ -204,7 +204,7 @@ def rigid_candidates(
     return sticks
 
 
-def rigid_slope(time: Array, extension: Array, weight: Array, sticks: list[Stick], noise: float) -> StickSlope | None:
+def resting_slope(time: Array, extension: Array, weight: Array, sticks: list[Stick], noise: float) -> StickSlope | None:
     """One slope for the middle halves of all sticks, by least squares with an offset for each; None without samples."""
     slopes, errors = _own_slopes(time, extension, weight, sticks, noise)
     if len(slopes) == 0:
@@ -229,7 +229,7 @@ def _own_slopes(time: Array, extension: Array, weight: Array, sticks: list[Stick
     return slopes, errors
 
 
-def is_rigid(time: Array, extension: Array, weight: Array, sticks: list[Stick], slope: float, noise: float) -> bool:
+def is_resting(time: Array, extension: Array, weight: Array, sticks: list[Stick], slope: float, noise: float) -> bool:
     """Whether the middle halves of the sticks are lines of this one slope to within the noise.
 
     Their samples must lie on such lines, and their own slopes, each known far better than a sample, must agree: creep that

@@ -14,7 +14,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.optimize import minimize_scalar
 
 Array = npt.NDArray[np.float64]
-Kind = Literal["slip", "creep", "rigid"]
+Kind = Literal["slip", "creep", "rest"]
 Part = Literal["slip", "creep"]
 
 DEGREE = 5
@@ -43,7 +43,7 @@ class PiecewiseFit:
                                    + lambda_creep * integral over creeping sticks of (u''')^2,
 
     with the friction force f = k (V t - u) + D (V - u') - m u'', so inside a slip the fit prefers a friction force that
-    changes little, and nothing is said about it across an event, where it may jump. A `rigid` piece is held at
+    changes little, and nothing is said about it across an event, where it may jump. A `rest` piece is held at
     constant u.
 
     Parameters
@@ -51,7 +51,7 @@ class PiecewiseFit:
     time, path : (n,) seconds, and the measured slip path.
     weight : (n,) 1 for a good sample, 0 for one that is left out.
     breaks : (j + 1,) limits of the pieces, the first and last at the ends of the record.
-    kinds : (j,) "slip", "creep" or "rigid".
+    kinds : (j,) "slip", "creep" or "rest".
     oscillator : m, D, k, V.
     slip_knots, creep_knots : distance of knots in seconds.
     together : samples that count as one, where neighbours have alike noise (:class:`~.coloured_noise.Colour`).
@@ -79,7 +79,7 @@ class PiecewiseFit:
         # one offset keeps the squares small over a long record
         self.offset = float(np.median(self.path))
         knots = [
-            np.linspace(a, b, 2 + (0 if kind == "rigid" else _inner_knots(b - a, kind, self)))
+            np.linspace(a, b, 2 + (0 if kind == "rest" else _inner_knots(b - a, kind, self)))
             for a, b, kind in zip(self.breaks[:-1], self.breaks[1:], self.kinds, strict=True)
         ]
         self.knots = knots
@@ -103,7 +103,7 @@ class PiecewiseFit:
         joint: tuple[int, int | None] | None = None  # columns of value and slope at the left end
         for j, kind in enumerate(self.kinds):
             first, count = int(starts[j]), int(self._counts[j])
-            if kind == "rigid":
+            if kind == "rest":
                 if joint is None:
                     column += 1
                     joint = (column, None)
@@ -133,14 +133,14 @@ class PiecewiseFit:
                 columns.append(column)
                 values.append(1.0)
             if not is_last:
-                next_rigid = self.kinds[j + 1] == "rigid"
+                next_rests = self.kinds[j + 1] == "rest"
                 column += 1
                 value = column
                 slope = None
                 rows += [first + count - 2, first + count - 1]
                 columns += [value, value]
                 values += [1.0, 1.0]
-                if not next_rigid:
+                if not next_rests:
                     column += 1
                     slope = column
                     rows.append(first + count - 2)
