@@ -131,7 +131,7 @@ def test_differences_tell_numbers_apart_that_act_nearly_alike(monkeypatch):
     fit = SingleShooting([misfit], LawParameters(case.law, names))
     at = np.append(np.zeros(3), misfit.first_shift(case.law, misfit.time.size))
     found = fit.slopes(at)
-    monkeypatch.setattr(single_shooting, "STEP", 1e-5)
+    monkeypatch.setattr(single_shooting, "STEP_OF_LAWS", 1e-5)
     np.testing.assert_allclose(fit.slopes(at), found, atol=1e-5 * np.linalg.norm(found, axis=0).max())
 
 

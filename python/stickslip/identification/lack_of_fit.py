@@ -27,7 +27,7 @@ MOSTLY = 0.5
 """Share of the mean squared misfit of a law that a force of the position must explain before the law is refused."""
 NOISY = 3.0
 """A misfit that many times the instrument's noise is no noise."""
-CLEARLY, CHANGES, FEWEST = 5.0, 0.03, 20
+CHANGE_OVER_HALVES, CHANGE_SHARE, FEWEST_SPEED_SAMPLES = 5.0, 0.03, 20
 """Friction changes with slip speed by so many times what halves of a record differ by, and by that share of it; both known
 from no fewer samples than that."""
 
@@ -110,13 +110,13 @@ def _change_with_speed(speed: Array, friction: Array, ends: Array, clear: Mask) 
     part = np.where(clear, np.minimum(np.searchsorted(ends, speed, side="right"), 5), 0)
     odd = np.arange(len(speed)) * 10 // len(speed) % 2 == 1
     cells = [(part == k) & (odd == half) for half in (False, True) for k in range(1, 6)]
-    if min(map(np.count_nonzero, cells)) < FEWEST:
+    if min(map(np.count_nonzero, cells)) < FEWEST_SPEED_SAMPLES:
         return None
     levels = np.array([friction[cell].mean() for cell in cells]).reshape(2, 5)
     level, apart = levels.mean(axis=0), float(np.abs(np.diff(levels, axis=0)).max())
     slow, fast = sorted((int(level.argmin()), int(level.argmax())))
     change = float(level[fast] - level[slow])
-    if abs(change) < max(CLEARLY * apart, CHANGES * float(np.abs(level).mean())):
+    if abs(change) < max(CHANGE_OVER_HALVES * apart, CHANGE_SHARE * float(np.abs(level).mean())):
         return None
     return change, float(np.median(speed[part == slow + 1])), float(np.median(speed[part == fast + 1]))
 

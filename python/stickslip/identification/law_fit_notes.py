@@ -19,7 +19,7 @@ from stickslip.laws.state_law import StateLaw
 
 CORRELATED = 0.98
 """Two numbers whose estimates correlate by more are hardly told apart."""
-FAR = 10.0
+FARTHEST_SPEED = 10.0
 """Up to so many times the fastest slip of the records a law is asked whether its friction drives."""
 
 
@@ -78,7 +78,7 @@ def notes_on_range(records: Sequence[FrictionRecord], law: Law) -> list[str]:
     if isinstance(law, StateLaw) or np.ptp(law.kinetic_force(np.array([0.5, 1.0, 1.5]) * fastest)) == 0:
         return []
     notes = [f"The records hold slip up to w = {fastest:.3g}{unit}: beyond it the form of the law is extrapolated."]
-    beyond = fastest * np.geomspace(1.0, FAR, 300)
+    beyond = fastest * np.geomspace(1.0, FARTHEST_SPEED, 300)
     drives = np.sign(np.stack([law.kinetic_force(beyond), -law.kinetic_force(-beyond)])).min(axis=0) < 0
     if drives.any():
         first = float(beyond[np.argmax(drives)])

@@ -19,7 +19,7 @@ from stickslip.laws.numbers import numbers, pointers, put, value
 
 Array = npt.NDArray[np.float64]
 
-FARTHEST = 5000.0
+FARTHEST_FROM_START = 5000.0
 """In its units no number goes farther from its start: a hundred times its size. One that no motion tells would run away."""
 
 
@@ -77,8 +77,8 @@ class LawParameters:
         self._unit = np.where(self._parameters.logarithmic, 0.05, 0.02 * size)
         self._start = self._parameters.vector(at)
         low, high = self._parameters.bounds()
-        self.low = np.maximum((low - self._start) / self._unit, -FARTHEST)
-        self.high = np.minimum((high - self._start) / self._unit, FARTHEST)
+        self.low = np.maximum((low - self._start) / self._unit, -FARTHEST_FROM_START)
+        self.high = np.minimum((high - self._start) / self._unit, FARTHEST_FROM_START)
 
     def law(self, numbers: Array) -> Law:
         """The law with these free numbers; an InputError where they make no law."""

@@ -17,7 +17,7 @@ from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
 
-LONGEST = 1000.0
+LONGEST_CYCLE = 1000.0
 """Natural periods in which a stick and the slip that follows must end."""
 
 
@@ -124,7 +124,7 @@ def friction_of_sticks(
 def _stick_and_slip(system: Oscillator, x0: float) -> tuple[Orbit, dict[str, Any], dict[str, Any]]:
     """The motion from a stick to the next, with the events of its release and capture."""
     span = 8 * system.natural_period
-    while span < LONGEST * system.natural_period:
+    while span < LONGEST_CYCLE * system.natural_period:
         orbit = simulate(system, span, x0=x0)
         kinds = orbit.events["kind"].to_numpy()
         released = np.flatnonzero(kinds == "release")

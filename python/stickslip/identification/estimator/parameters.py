@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-FARTHEST = 50.0
+LARGEST_LOGARITHM = 50.0
 """Largest size of a logarithm that is searched."""
 
 
@@ -86,5 +86,7 @@ class Parameters:
     def bounds(self) -> tuple[Array, Array]:
         """Limits of the search vector, each of shape (free parameters,)."""
         pairs = np.array([item.bounds or (item.low, item.high) for item in self.free], dtype=float).reshape(-1, 2)
-        pairs[self.logarithmic] = np.log(np.clip(pairs[self.logarithmic], math.exp(-FARTHEST), math.exp(FARTHEST)))
+        pairs[self.logarithmic] = np.log(
+            np.clip(pairs[self.logarithmic], math.exp(-LARGEST_LOGARITHM), math.exp(LARGEST_LOGARITHM))
+        )
         return pairs[:, 0], pairs[:, 1]

@@ -31,7 +31,7 @@ Array = npt.NDArray[np.float64]
 Samples = npt.NDArray[np.int_]
 Mask = npt.NDArray[np.bool_]
 
-FEWEST = 12
+FEWEST_STRETCH_SAMPLES = 12
 """Samples a stretch must have to be compared."""
 SMEARED = 4.0
 """Time constants of a filter after which less than a fiftieth of a jump is left."""
@@ -103,7 +103,11 @@ class Motion:
                 unseen = _unresolved(compact, w, turn, first, last)
                 if issubclass(law, HOLDING):
                     unseen |= _near_turns(compact, w, turn, first, last)
-                stretches += [(start + a, start + b) for a, b in runs_of(~unseen[start - first :]) if b - a >= FEWEST]
+                stretches += [
+                    (start + a, start + b)
+                    for a, b in runs_of(~unseen[start - first :])
+                    if b - a >= FEWEST_STRETCH_SAMPLES
+                ]
         if issubclass(law, WITHOUT_SHAPE):
             # The work of a short run, such as where a record ends while the mass comes to rest, is that of its errors.
             paths = [float(np.abs(w[a:b]).sum()) for a, b in stretches]

@@ -43,13 +43,13 @@ from stickslip.laws.rate_state import RateState
 Array = npt.NDArray[np.float64]
 
 OF_STEP = (*OF_CONTACT, Parameter("reference_friction"), Parameter("drift", unit="1/m"), Parameter("delay", unit="s"))
-CONTACT, STEP, DRIFT = len(OF_CONTACT), len(OF_STEP), 5
+CONTACT, WITH_STEP, DRIFT = len(OF_CONTACT), len(OF_STEP), 5
 """How many numbers the contact and the step with it have; those of a second state are behind them."""
-BINS = (60, 240)
+MEANS_ABOUT_STEP = (60, 240)
 """Means of samples before the step, evenly, and after it, ever wider."""
 NOISY = 2.0
 """A misfit that many times the noise before the step is no noise."""
-CLEAR = 3.0
+CLEAR_DEVIATIONS = 3.0
 """Standard deviations of noise that must lie between the curves of two laws to tell them apart."""
 
 
@@ -150,7 +150,7 @@ def fit_velocity_step(
 
     def fit(form: str, drifting: Minimum | None = None) -> Minimum:
         """The least misfit; without a drift the one beside that with it."""
-        reach = within if drifting is None else np.where(np.arange(STEP) == DRIFT, 1e-12, within)
+        reach = within if drifting is None else np.where(np.arange(WITH_STEP) == DRIFT, 1e-12, within)
 
         def residuals(numbers: Array) -> Array:
             return (measured - _model(numbers, form, t, position, speeds, ramp)) * weight
@@ -170,7 +170,7 @@ def fit_velocity_step(
             if states == 1:
                 return one
             # Half of the effect to each length, the other a quarter of the one that fits alone or four times as long.
-            half = np.where(np.arange(STEP) == 1, 0.5, 1.0) * one.vector
+            half = np.where(np.arange(WITH_STEP) == 1, 0.5, 1.0) * one.vector
             starts = [np.concatenate([half, [half[1], half[2] + by]]) for by in (-math.log(4), math.log(4))]
         size, more = (np.concatenate([values, values[1:3]]) for values in (scale, reach))
         middle = np.concatenate([start, [0.0, start[2]]])
@@ -234,14 +234,14 @@ def _laws_differ(best: Minimum, other: Minimum) -> bool:
     """
     left = best.residuals
     unit = max(float(np.mean(left**2)), 1.0) * correlation_time(left)
-    return 2 * float(other.cost - best.cost) > CLEAR**2 * unit
+    return 2 * float(other.cost - best.cost) > CLEAR_DEVIATIONS**2 * unit
 
 
 def _longer_first(found: Minimum) -> Minimum:
     """The same minimum with the longer of two lengths as the first."""
-    order = np.arange(STEP + 2)
-    if found.vector[STEP + 1] > found.vector[2]:
-        order[[1, 2, STEP, STEP + 1]] = [STEP, STEP + 1, 1, 2]
+    order = np.arange(WITH_STEP + 2)
+    if found.vector[WITH_STEP + 1] > found.vector[2]:
+        order[[1, 2, WITH_STEP, WITH_STEP + 1]] = [WITH_STEP, WITH_STEP + 1, 1, 2]
     return replace(found, vector=found.vector[order], jacobian=found.jacobian[:, order])
 
 
@@ -252,7 +252,7 @@ def _means(tree: xr.DataTree, row: pd.Series[Any]) -> tuple[Array, Array, Array,
     friction = tree["force"].to_numpy()
     t, begin, end = (float(row[name]) for name in ("t", "begin", "end"))
     at, ramp = ramp_of(time, x, t, begin, end)
-    counts, means, (first, here, _) = means_about(at, (begin, end), time, (time, x, friction), BINS)
+    counts, means, (first, here, _) = means_about(at, (begin, end), time, (time, x, friction), MEANS_ABOUT_STEP)
     noise = max(float(np.std(np.diff(friction[first:here]))) / math.sqrt(2), 1e-12)
     return means[0] - at, means[1] - float(np.interp(at, time, x)), means[2], np.sqrt(counts) / noise, ramp
 
@@ -261,8 +261,8 @@ def _model(
     numbers: Array, form: str, t: Array, position: Array, speeds: tuple[float, float], ramp: float = 0.0
 ) -> Array:
     """Friction coefficient at these times from the step."""
-    level, drift, delay = numbers[CONTACT:STEP]
-    contact = np.concatenate([numbers[:CONTACT], numbers[STEP:]])
+    level, drift, delay = numbers[CONTACT:WITH_STEP]
+    contact = np.concatenate([numbers[:CONTACT], numbers[WITH_STEP:]])
     since = t - delay
     later = since > 0
     change = np.zeros(len(t))

@@ -44,11 +44,11 @@ Array = npt.NDArray[np.float64]
 NAMES = tuple(parameter.name for parameter in OF_CONTACT)
 LEAST_STEPS = 4
 """Steps below which their scatter says too little of the errors."""
-BINS = (30, 120)
+MEANS_ABOUT_STEP = (30, 120)
 """Means over each hold before a step, evenly over its later half, and after it, ever wider."""
 REACH = np.array([4.0, 0.3, 6.0, 8.0])
 """How far ln a, b, ln D_c and ln κ are searched."""
-ALIKE = 0.1
+JUMP_ROUNDING = 0.1
 """Steps whose logarithms of the ratio of speeds round alike to this are computed as one, and scaled by it."""
 
 
@@ -75,7 +75,7 @@ class _Step:
     @property
     def alike(self) -> tuple[float, float]:
         """That of all steps that are computed as one with it, and the path of the drive's ramp."""
-        jump = math.copysign(max(round(abs(self.jump) / ALIKE), 1) * ALIKE, self.jump)
+        jump = math.copysign(max(round(abs(self.jump) / JUMP_ROUNDING), 1) * JUMP_ROUNDING, self.jump)
         return jump, self.ramp * sum(self.speeds) / 2
 
 
@@ -256,7 +256,7 @@ def _steps(tree: xr.DataTree, table: pd.DataFrame) -> list[_Step]:
         # where the hold before this step is not the one after the step before, the load was changed between them
         run, until = run + (begin > until), last
         at, ramp = ramp_of(time, x, at, begin, last)
-        _, (path, mean), (first, here, end) = means_about(at, (begin, last), time, (x, friction), BINS)
+        _, (path, mean), (first, here, end) = means_about(at, (begin, last), time, (x, friction), MEANS_ABOUT_STEP)
         path -= float(np.interp(at, time, x))
         sampled = speeds[1] * float(np.median(np.diff(time[here : end + 1])))
         found.append(_Step(path, mean, (speeds[0], speeds[1]), float(np.mean(load[first:end])), run, sampled, ramp))

@@ -40,9 +40,9 @@ TRANSIENT = 0.4
 """Part of the simulated motion that is left out."""
 RUNS, DECAY, SAMPLES = 20, 0.98, 500
 """A motion dies away where its second half is smaller by this; so many runs more, looked at in so many places, settle it."""
-LIKE = 0.05
+ALIKE_SHARE = 0.05
 """Means that differ by less than this part are called alike even where their errors are smaller."""
-ALIKE = f"within {100 * LIKE:.0f} %"
+ALIKE_WORDS = f"within {100 * ALIKE_SHARE:.0f} %"
 POINTS = 20_000
 
 
@@ -427,7 +427,7 @@ def _loaded_share(releases: pd.DataFrame, system: Oscillator) -> float:
 
 def _agreement(measured: float, error: float, simulated: float) -> str:
     off = abs(simulated - measured)
-    return WITHIN_ERRORS if off <= 2 * error else ALIKE if off <= LIKE * abs(measured) else DISAGREE
+    return WITHIN_ERRORS if off <= 2 * error else ALIKE_WORDS if off <= ALIKE_SHARE * abs(measured) else DISAGREE
 
 
 def _sentences(
@@ -458,7 +458,7 @@ def _sentences(
     loaded = float((table["stick_time"] * table["force_rate"].abs()).mean())
     dropped = float(table["drop"].mean())
     creep = loaded / dropped - _loaded_share(releases, system)
-    if len(table) >= 5 and abs(creep) > LIKE:
+    if len(table) >= 5 and abs(creep) > ALIKE_SHARE:
         sentences.append(
             f"A mean stick loads the spring by {loaded:.4g} (force rate × stick time) and a mean slip unloads it by "
             f"{dropped:.4g}: {100 * creep:+.0f} % beside the simulated motion, by creep and small slips inside sticks, which "

@@ -58,7 +58,7 @@ STATED = ("stiffness", "drive_velocity")
 """Constants that measuring may correct, and that are known of another run as its rig says them only."""
 FASTER = 1.05
 """Slip faster than that many times the fastest of the records is beyond what they tell."""
-FAR = 0.1
+FAR_FROM_RECORDS = 0.1
 """Distance from the records of the law, in e-folds, that is worth a sentence."""
 
 
@@ -485,7 +485,7 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
                 f"{name} slips at up to {row['fastest_slip']:.3g}, the records of the law at no more than {law.fastest:.3g}: "
                 "between them friction is extrapolated by the form of the law."
             )
-        if row["beyond"] > FAR:
+        if row["beyond"] > FAR_FROM_RECORDS:
             found.append(
                 f"{name} lies {row['beyond']:.2g} e-folds of stiffness, drive velocity and mass beyond the records of the "
                 "law: an extrapolation."

@@ -46,11 +46,11 @@ WHOLE = 3
 """With this many records or more, whole records are held back."""
 INNER = 4
 """Blocks into which a held-back part is cut again where there are few, for the error of a difference."""
-LEAST = 0.01
+ALIKE_PREDICTIONS = 0.01
 """Predictions whose errors differ by less than this part are alike."""
-CLOSE = 0.1
+CLOSE_BEHIND = 0.1
 """A law whose prediction error is surely no more than this part above the least predicts as well."""
-FAR = 0.4
+FARTHEST_BEHIND = 0.4
 """Behind the least in the logarithm of its prediction error, so half as much again: such a law is never chosen, whatever the
 error of the difference."""
 BEST, AS_GOOD, CANNOT_TELL, WORSE = "best", "as good", "cannot tell", "worse"
@@ -320,9 +320,9 @@ def ranked(
     left = left - left[:, first : first + 1]
     spread = np.sqrt((len(left) - 1) * np.mean((left - left.mean(axis=0)) ** 2, axis=0))
     half = np.array([half_width(error, len(left) - 1) for error in spread])
-    open_still = [i for i in open_to if behind[i] <= max(half[i], LEAST)]
+    open_still = [i for i in open_to if behind[i] <= max(half[i], ALIKE_PREDICTIONS)]
     count = [len(found[name].parameters) + (found[name].offset is not None) for name in names]
-    near = [i for i in open_still if behind[i] <= FAR]
+    near = [i for i in open_still if behind[i] <= FARTHEST_BEHIND]
     chosen = min(near, key=lambda i: (count[i], behind[i]))
     verdict = [
         BEST
@@ -330,7 +330,7 @@ def ranked(
         else WORSE
         if i not in open_still
         else AS_GOOD
-        if behind[i] + half[i] <= CLOSE
+        if behind[i] + half[i] <= CLOSE_BEHIND
         else CANNOT_TELL
         for i in range(len(names))
     ]
@@ -395,7 +395,7 @@ def _offset(found: dict[str, Identification], error: dict[str, float]) -> tuple[
         f"an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) of the measured force takes "
         f"the error of {plain} from {without:.3g} to {with_it:.3g}"
     )
-    if with_it < (1 - LEAST) * without and not offset["low"] <= 0.0 <= offset["high"]:
+    if with_it < (1 - ALIKE_PREDICTIONS) * without and not offset["low"] <= 0.0 <= offset["high"]:
         return True, [
             f"The residuals ask for an offset: {said}; the instrument has a zero, or friction differs by the sense of slip. "
             "Laws without one are not chosen."

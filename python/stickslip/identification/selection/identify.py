@@ -54,7 +54,7 @@ CURVES: dict[type[Law], tuple[str, str]] = {
     StaticKinetic: ("PiecewiseLinear", "Combined:StaticKinetic"),
 }
 """Laws whose kinetic friction is one number, and what has a line or a curve in its place."""
-BINS = 8
+SPEED_RANGES = 8
 """Ranges of slip speed, of as many samples each, in which friction is looked at before a curve is fitted."""
 CURVED = 1.2
 """Kinetic friction is no one number where a curve leaves the forces so many times closer."""
@@ -287,7 +287,7 @@ def _distance(found: Identification, free: bool = False) -> float:
         w, force = record.slip_velocity[~record.stuck], record.force[~record.stuck]
         off = np.sign(w) * force - found.law.kinetic_force(np.abs(w))
         if free:
-            for part in np.array_split(np.argsort(np.abs(w)), BINS):
+            for part in np.array_split(np.argsort(np.abs(w)), SPEED_RANGES):
                 off[part] -= np.median(off[part]) if part.size else 0.0
         nearest = np.sort(np.abs(off))[: len(off) - len(off) // 10]
         product *= float(np.sqrt(np.mean(nearest**2))) ** (1 / len(found.records))

@@ -13,7 +13,7 @@ from stickslip.identification.result import Identification
 from stickslip.identification.selection.comparison import COUNTED, WHOLE, folds, held_back, ranked
 from stickslip.laws import Law
 
-MOST = 8
+MOST_PIECES = 8
 FRUITLESS = 2
 """The search ends after that many numbers of pieces more than the best one."""
 
@@ -50,7 +50,7 @@ def choose_pieces(records: list[FrictionRecord], law: str | type[Law] | Law, opt
     found: dict[str, Identification] = {}
     errors: dict[str, Any] = {}
     best, refused = 0, ""
-    for count in range(1, MOST + 1):
+    for count in range(1, MOST_PIECES + 1):
         label = f"{count} piece{'s' * (count > 1)}"
         try:
             fitted = fit_law(records, kind, replace(options, pieces=count))

@@ -31,7 +31,7 @@ OF_STICK_TIME = (
     *(form + level for form in ("exponential", "power", "Kato") for level in ("", OWN_LEVEL)),
 )
 """Forms in which the force rate does not stand."""
-ALIKE = 0.3
+BEGINNING_SCATTER = 0.3
 """Sticks begin at one force where the forces there scatter by less than that part of those at their ends."""
 NARROW = 1.25
 """Stick times (10th to 90th percentile) within this ratio say nothing about growth."""
@@ -109,7 +109,7 @@ def notes_on_missing_growth(rows: pd.DataFrame) -> list[str]:
         robust_scale((part - part.median()).to_numpy())
         for part in (known["force"] - known["force_rate"].abs() * known["stick_time"], known["force"])
     )
-    if begun > ALIKE * held:
+    if begun > BEGINNING_SCATTER * held:
         return []
     return [
         f"All sticks begin at nearly one force (they scatter by {begun:.2g} there and by {held:.2g} at the break-away), so "

@@ -22,7 +22,7 @@ BLOCKS = 8
 """Stretches of a record that are held back in turn; of a table with few rows each row is."""
 BEYOND = 0.1
 """Speeds that one stretch alone holds are predicted by the others up to that part of the range of all."""
-FEW = 40
+FEW_ROWS = 40
 WHOLE = 3
 """With so many records that lie apart, whole records are held back."""
 ONE_SPEED = 1.05
@@ -129,7 +129,7 @@ class Rows:
         """
         if self.apart and len(self.records) >= WHOLE:
             return self.records
-        if len(self) <= FEW:
+        if len(self) <= FEW_ROWS:
             return np.array_split(np.arange(len(self)), len(self))
         stretches = np.array_split(np.arange(len(self)), BLOCKS)
         speed = np.abs(self.w)

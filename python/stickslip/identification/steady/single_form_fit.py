@@ -19,7 +19,7 @@ from stickslip.identification.estimator.uncertainty import correlated_covariance
 from stickslip.identification.steady.curves import (
     BY_SENSE,
     EXPONENTS,
-    FEW,
+    FEW_ROWS,
     FORMULAS,
     GRAVITY,
     Curve,
@@ -33,7 +33,7 @@ Array = npt.NDArray[np.float64]
 
 TOO_NEAR = 1e-13
 """Columns whose products leave less than this of each other are one and the same."""
-CLOSE = 1e-3
+SCALE_TOLERANCE = 1e-3
 """Of the logarithm of a scale: within this of each other two values are near enough to go on from, by steps of at most it."""
 SAME = 1e-9
 """Of the logarithm of a scale, below which a step changes nothing."""
@@ -113,10 +113,10 @@ def _covariance(rows: Rows, scaled: Array, residuals: Array) -> tuple[Array, flo
         whole, residuals = residuals, residuals - levels @ (levels.T @ residuals / np.sum(levels**2, axis=0))
     z = residuals / rows.error
     chi = float(np.sum(z**2)) / (count - free)
-    period = recurrence(rows.w) if rows.series and count > FEW else 0
+    period = recurrence(rows.w) if rows.series and count > FEW_ROWS else 0
     # stated errors are believed unless the scatter is larger
     covariance, freedom = correlated_covariance(
-        scaled, z, max(chi, 1.0) if rows.known else chi, period, count / (free + 2) if count > FEW else 1.0
+        scaled, z, max(chi, 1.0) if rows.known else chi, period, count / (free + 2) if count > FEW_ROWS else 1.0
     )
     if levels is not None:
         record_scatter, left = record_scatter_of(rows, whole, scaled)
@@ -232,7 +232,7 @@ def _polished(rows: Rows, curve: Curve, scale: int | None) -> tuple[Curve, Array
         if not (size > 0).all():
             break
         step = float(linear(jacobian / size, residuals, rows.error)[scale] / size[scale]) / curve.scale
-        near = replace(curve, scale=curve.scale * math.exp(float(np.clip(step, -CLOSE, CLOSE))))
+        near = replace(curve, scale=curve.scale * math.exp(float(np.clip(step, -SCALE_TOLERANCE, SCALE_TOLERANCE))))
         least, others, left = tried(near)
         if not least < cost:
             break
@@ -288,7 +288,7 @@ def _scales(rows: Rows, blank: Curve, below: float) -> list[float]:
             slope = ((y[a + 1] - y[a]) / right * left + (y[a] - y[a - 1]) / left * right) / (left + right)
             vertex = x[a] - slope * (left + right) / (2 * turn) if turn > 0 else x[best]
             found = float(np.clip(vertex, x[max(best - 1, 0)], x[min(best + 1, x.size - 1)]))
-            if np.min(np.abs(x - found)) < CLOSE:
+            if np.min(np.abs(x - found)) < SCALE_TOLERANCE:
                 break
             seen[found] = costs(np.array([found]))[0]
         return math.exp(found)

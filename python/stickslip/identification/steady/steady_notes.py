@@ -11,7 +11,7 @@ from scipy.special import chdtri
 
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.kinetic.replayed_motion import extrapolated_note
-from stickslip.identification.steady.curves import FEW, GRAVITY, Rows, SteadyFit
+from stickslip.identification.steady.curves import FEW_ROWS, GRAVITY, Rows, SteadyFit
 from stickslip.identification.steady.single_form_fit import record_scatter_of
 
 APART = 0.1
@@ -100,7 +100,7 @@ def notes_on_choice(
     notes += _asymmetry(rows, best) + _confounded(rows, fits, chosen)
     notes += _extrapolated(rows, fits, [chosen, *undecided], hidden)
     apart = np.sqrt(best.losses / np.median(best.losses)) if np.median(best.losses) > 0 else np.zeros(1)
-    if len(rows) <= FEW and float(apart.max()) > STANDS_OUT:
+    if len(rows) <= FEW_ROWS and float(apart.max()) > STANDS_OUT:
         at = int(np.argmax(apart))
         notes.append(
             f"Row {at} (w = {rows.w[at]:.4g}, f = {rows.force[at]:.4g}) lies {apart[at]:.2g} times as far off as rows do in "

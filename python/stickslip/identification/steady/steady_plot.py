@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-VISIBLE = 0.01
+VISIBLE_APART = 0.01
 """Curves within this part of the range of forces of the chosen one are not drawn beside it."""
 
 
@@ -73,7 +73,7 @@ def _draw(found: SteadyFriction, axes: Any, most: float) -> None:
         axes.fill_between(grid, *found.best.interval(grid), color=OKABE_ITO["blue"], alpha=0.25, lw=0)
         colours = (OKABE_ITO[name] for name in ("vermilion", "green", "purple"))
         for name, colour in zip(found.undecided, colours, strict=False):
-            if np.abs(found.fits[name](grid) - found.best(grid)).max() > VISIBLE * np.ptp(found.rows["force"]):
+            if np.abs(found.fits[name](grid) - found.best(grid)).max() > VISIBLE_APART * np.ptp(found.rows["force"]):
                 line(name, grid, "--", lw=1, color=colour)
         if math.isfinite(most) and len(w) > 500:
             bins = np.array_split(np.argsort(inside), 12)

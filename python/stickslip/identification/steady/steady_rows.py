@@ -23,13 +23,13 @@ Array = npt.NDArray[np.float64]
 
 SLOW = 0.05
 """Below this share of its top speed a record is asked whether friction is a function of the slip velocity at all."""
-FEWEST = 4
+FEWEST_FOR_MEDIAN = 4
 """Samples of which a median has an error."""
 OCTAVE = 2.0
 """Ratio of the ends of a range of speeds in which that is asked."""
 CURVED = 12
 """Of a free curve on either side, beside which it is seen whether the force follows the acceleration."""
-ALIKE = 0.5
+INERTIA_TOLERANCE = 0.5
 """An inertia that the rig does not give is believed where either half of the speeds has it within so much of it."""
 BEHIND = 0.05
 """Share by which friction is less after a turn of the slip, up to which it has built up."""
@@ -39,7 +39,7 @@ RANGES = 24
 """Of speed, in which friction is known while a mass slows down."""
 LEFT = 0.25
 """Share of the samples of slip that must be left where those beside a stick are not taken."""
-FARTHEST = 1e60
+LARGEST_NUMBER = 1e60
 """Numbers larger than this are no friction in any unit."""
 
 
@@ -152,7 +152,7 @@ def _at_all_speeds(rows: Rows, inertia: float) -> bool:
     speed = np.abs(rows.w)
     slow = speed < np.median(speed)
     halves = [inertia_error(rows.take(half), CURVED) for half in (slow, ~slow)]
-    return all(value > SENSE * error and abs(value - inertia) < ALIKE * inertia for value, error in halves)
+    return all(value > SENSE * error and abs(value - inertia) < INERTIA_TOLERANCE * inertia for value, error in halves)
 
 
 def beside_sticks(time: Array, slides: npt.NDArray[np.bool_], cutoff: float) -> npt.NDArray[np.bool_]:
@@ -238,7 +238,7 @@ def _building_up(time: Array, w: Array, force: Array, moving: npt.NDArray[np.boo
     path = np.concatenate([[0.0], np.cumsum(np.diff(time) * (np.abs(w[1:]) + np.abs(w[:-1])) / 2)])
     turns = path[np.flatnonzero(np.diff(np.sign(w)) != 0)]
     none = np.zeros(w.size, dtype=bool)
-    if turns.size < FEWEST:
+    if turns.size < FEWEST_FOR_MEDIAN:
         return none
     after = np.searchsorted(turns, path)
     since = path - np.where(after > 0, turns[after - 1], -np.inf)
@@ -263,9 +263,9 @@ def _behind(w: Array, force: Array, slowing: npt.NDArray[np.bool_]) -> Array:
     behind = np.full(w.size, math.nan)
     for way in (w > 0, w < 0):
         speed, level = np.abs(w[slowing & way]), np.abs(force[slowing & way])
-        if speed.size < 4 * FEWEST:
+        if speed.size < 4 * FEWEST_FOR_MEDIAN:
             continue
-        ranges = np.array_split(np.argsort(speed), min(RANGES, speed.size // FEWEST))
+        ranges = np.array_split(np.argsort(speed), min(RANGES, speed.size // FEWEST_FOR_MEDIAN))
         speeds, levels = ([float(np.median(values[part])) for part in ranges] for values in (speed, level))
         if min(levels) > 0:
             behind[way] = 1 - np.sign(w[way]) * force[way] / np.interp(np.abs(w[way]), speeds, levels)
@@ -284,7 +284,7 @@ def _slowest(w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> float:
         inside = moving & (speed > end / OCTAVE) & (speed <= end)
         for way in (w > 0, w < 0):
             up, down = (force[inside & way & branch] for branch in (speeding, ~speeding))
-            if min(up.size, down.size) < FEWEST and max(up.size, down.size) > 0:
+            if min(up.size, down.size) < FEWEST_FOR_MEDIAN and max(up.size, down.size) > 0:
                 return end
             (first, its_error), (second, other_error) = median_and_error(up), median_and_error(down)
             if abs(first - second) > SENSE * math.hypot(its_error, other_error):
@@ -306,13 +306,13 @@ def _numbers(table: xr.Dataset, key: str, name: str) -> Array:
 def _check(rows: Rows, name: str, unit: str) -> None:
     """Refuse what is no number, and what is out of all proportion."""
     for words, values in (("slip velocity", rows.w), ("friction force", rows.force)):
-        wrong = np.flatnonzero(~(np.abs(values) < FARTHEST))
-        if not wrong.size and 0 < np.max(np.abs(values), initial=0.0) < 1 / FARTHEST:
+        wrong = np.flatnonzero(~(np.abs(values) < LARGEST_NUMBER))
+        if not wrong.size and 0 < np.max(np.abs(values), initial=0.0) < 1 / LARGEST_NUMBER:
             wrong = np.array([int(np.argmax(np.abs(values)))])
         if wrong.size:
             raise InputError(
-                f"{name}: {words} is {values[wrong[0]]:g} in {unit} {wrong[0]}, where a number below {FARTHEST:g} and "
-                f"not all below {1 / FARTHEST:g} was expected; remove that {unit} or correct the unit"
+                f"{name}: {words} is {values[wrong[0]]:g} in {unit} {wrong[0]}, where a number below {LARGEST_NUMBER:g} and "
+                f"not all below {1 / LARGEST_NUMBER:g} was expected; remove that {unit} or correct the unit"
             )
     if len(rows) < 4 and unit == "sample":
         raise InputError(

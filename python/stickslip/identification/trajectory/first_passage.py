@@ -30,11 +30,11 @@ Array = npt.NDArray[np.float64]
 OWN = ("break_away", "limit", "static_friction.initial", "growth", "static", "break_away[0].force")
 """The number in which one stick differs from the other, the first of these that a law, or the static part of a combined one,
 has; f_s is linear in it."""
-STEP = 1e-3
+NUMBER_STEP = 1e-3
 """Of a number, in units of a visible change, for differences."""
 BISECTIONS = 50
 ITERATIONS = 100
-LONGEST = 5.0
+LONGEST_MOVE = 5.0
 """The most by which a number moves in one step, in units of a visible change."""
 
 
@@ -149,7 +149,7 @@ def passage(sticks: Sticks, free: LawParameters, numbers: Array, static: list[in
     by, instruments = np.zeros((own.size, numbers.size)), np.zeros((own.size, len(static)))
     for j in range(numbers.size):
         trial = numbers.copy()
-        trial[j] += STEP if numbers[j] + STEP <= free.high[j] else -STEP
+        trial[j] += NUMBER_STEP if numbers[j] + NUMBER_STEP <= free.high[j] else -NUMBER_STEP
         other = free.law(trial)
         shift, step = value(other, own_number(other)) - usual, trial[j] - numbers[j]
         by[:, j] = (sticks.own(other)[0] - own - shift) / step / sigma
@@ -171,7 +171,7 @@ def solve(sticks: Sticks, free: LawParameters, numbers: Array, static: list[int]
         found = passage(sticks, free, at, static)
         steep = found.instruments.T @ (found.give[:, None] * found.by[:, static])
         push = -np.linalg.pinv(steep, rcond=1e-12) @ (found.instruments.T @ found.score)
-        push *= min(1.0, LONGEST / max(float(np.max(np.abs(push))), 1e-300))
+        push *= min(1.0, LONGEST_MOVE / max(float(np.max(np.abs(push))), 1e-300))
         ahead = at.copy()
         ahead[static] = np.clip(at[static] + push, free.low[static], free.high[static])
         if float(np.max(np.abs(ahead - at))) < 1e-7:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-CLOSE = 0.02
+END_TOLERANCE = 0.02
 """Standard deviations to which the end of an interval is found."""
 TRIALS = 8
 """The most places that are tried for one end."""
@@ -108,7 +108,7 @@ def profile_intervals(
                 if root is None:
                     outer = reach
                     continue
-                if abs(root - WANT) < CLOSE:
+                if abs(root - WANT) < END_TOLERANCE:
                     closed = True
                     break
                 if at == limit and root < WANT:

@@ -19,7 +19,7 @@ from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.laws.numbers import numbers, value, with_values
 from stickslip.simulation.orbit import Orbit
 
-STEP = 1e-3
+RELATIVE_STEP = 1e-3
 """Relative change of a number for its derivatives."""
 ZERO_STEP = 1e-4
 """Change of a number that is 0."""
@@ -103,7 +103,7 @@ def sensitivity(identification: Identification, record: int = 0) -> Sensitivity:
     rows, known = {}, numbers(identification.law)
     for name in names:
         middle = value(identification.law, name)
-        step = STEP * abs(middle) or ZERO_STEP
+        step = RELATIVE_STEP * abs(middle) or ZERO_STEP
         found = []
         for number in (middle + step, middle - step):
             number = min(max(number, known[name].low), known[name].high)

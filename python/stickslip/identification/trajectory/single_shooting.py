@@ -27,18 +27,18 @@ Array = npt.NDArray[np.float64]
 
 SHARES = (0.1, 0.35, 1.0)
 """Shares of each record that are fitted one after the other."""
-STEP = 1e-4
+STEP_OF_LAWS = 1e-4
 """Of a number, in units of a visible change, for differences of orbits that are exact. Where numbers act alike but for a
 thousandth of what they do, the slopes must be exact to a part of that: a longer step hides how little is known."""
 STEP_OF_STATE_LAWS = 0.02
 """And of orbits that are as exact as their integration."""
 CONTRADICTED = 4.0
 """Standard errors by which a number that follows another is wanted elsewhere, beyond which that is said."""
-FAR = 0.3
+FARTHEST_MOTION = 0.3
 """A motion farther than this from a record, in its standard deviations, is not near it."""
-FARTHEST = 1e6
+LARGEST_DISTANCE = 1e6
 """No motion counts as farther than so many standard deviations of the record; numbers that make no law are twice as far."""
-CLOSE = 0.05
+CLOSE_MOTION = 0.05
 """A motion within that of a record is near it whatever its kind is called."""
 
 
@@ -70,7 +70,7 @@ class SingleShooting:
         """(simulated − measured) / σ of all records one after the other; far off where the numbers make no law."""
         parts = self._parts(unknowns, share)
         if parts is None:
-            return np.concatenate([np.full(n, 2 * FARTHEST * o.spread / s) for o, n, s in self._each(share)])
+            return np.concatenate([np.full(n, 2 * LARGEST_DISTANCE * o.spread / s) for o, n, s in self._each(share)])
         return np.concatenate(parts)
 
     def cost(self, unknowns: Array) -> float:
@@ -84,7 +84,7 @@ class SingleShooting:
         try:
             law = self.free.law(unknowns[: self.count])
             motions = [
-                (o.motion(law, shift, n)[0] - o.displacement[:n], FARTHEST * o.spread, s)
+                (o.motion(law, shift, n)[0] - o.displacement[:n], LARGEST_DISTANCE * o.spread, s)
                 for (o, n, s), shift in zip(self._each(share), unknowns[self.count :], strict=True)
             ]
         except InputError:
@@ -124,7 +124,7 @@ class SingleShooting:
 
     def differences(self, unknowns: Array, j: int, share: float = 1.0) -> Array:
         """The derivative of the residuals by free number `j`: central differences of orbits, one-sided at a limit."""
-        step = STEP_OF_STATE_LAWS if isinstance(self.free.law(unknowns[: self.count]), StateLaw) else STEP
+        step = STEP_OF_STATE_LAWS if isinstance(self.free.law(unknowns[: self.count]), StateLaw) else STEP_OF_LAWS
         sides: list[tuple[float, Array]] = []
         for h in (step, -step, 0.0):
             trial = unknowns.copy()
@@ -330,7 +330,7 @@ class SingleShooting:
             far = left / misfit.spread
             found, _ = misfit.landmarks(law)
             # Close to the end of stick-slip the shortest sticks are not seen: there the word alone does not decide.
-            if far > FAR or (found.kind != misfit.seen.kind and far > CLOSE):
+            if far > FARTHEST_MOTION or (found.kind != misfit.seen.kind and far > CLOSE_MOTION):
                 raise InputError(
                     f"{misfit.name}: no motion of the law lies near this record (distance {far:.2f} of its standard "
                     f"deviation; measured {misfit.seen.kind}, simulated {found.kind}); keep the fit of the branches"

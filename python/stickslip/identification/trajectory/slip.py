@@ -18,9 +18,9 @@ from stickslip.simulation.simulate import simulate
 
 Array = npt.NDArray[np.float64]
 
-FEWEST = 8
+FEWEST_SLIP_SAMPLES = 8
 """Samples a slip must have to tell a law anything."""
-MOST = 200
+MOST_SLIP_SAMPLES = 200
 """Samples of a slip that are compared, evenly thinned."""
 BESIDE = 0.5
 """Of the slip's duration, and of each stick: so much of the sticks before and after is compared with it."""
@@ -98,9 +98,9 @@ def slips_of(record: FrictionRecord, number: int, settled_after: float) -> Itera
         beside = BESIDE * (end - begin)
         window = begin - min(beside, BESIDE * stick_time), end + min(beside, BESIDE * (following - end))
         inside = (record.time >= window[0]) & (record.time <= window[1]) & np.isfinite(signal)
-        if slip[1] - slip[0] < FEWEST or inside.sum() < FEWEST:
+        if slip[1] - slip[0] < FEWEST_SLIP_SAMPLES or inside.sum() < FEWEST_SLIP_SAMPLES:
             continue
-        thinned = np.flatnonzero(inside)[:: max(1, int(inside.sum()) // MOST)]
+        thinned = np.flatnonzero(inside)[:: max(1, int(inside.sum()) // MOST_SLIP_SAMPLES)]
         position = float(np.interp(begin, record.time, displacement))
         x = signal[thinned] - position
         time = record.time[thinned] - begin

@@ -23,7 +23,7 @@ from stickslip.identification.estimator.uncertainty import inverse
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.first_passage import (
-    STEP,
+    NUMBER_STEP,
     Passage,
     Sticks,
     own_number,
@@ -43,17 +43,19 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-FEWEST = 5
-"""Slips for each free number that are needed, and cycles that can be said to scatter."""
+FEWEST_SLIPS_PER_NUMBER = 5
+"""Slips for each free number that are needed."""
+FEWEST_CYCLES = 5
+"""Cycles that can be said to scatter."""
 SCATTERING = 0.03
 """Cycles whose lengths scatter by more than that do not repeat."""
 QUIET = 1e-3
 """A number that moves no slip by that part of its noise does not act on slips."""
-VISIBLE = 0.02
+VISIBLE_BEGINNING = 0.02
 """Of the duration and the depth of a slip: the units of where it begins."""
 LEVELS = 0.125
 """Slips whose middles scatter by more than that part of their depth have a level of friction each of their own."""
-FAR = 0.3
+FARTHEST_SLIPS = 0.3
 """Slips farther than this from the measured ones, in the standard deviations of these, are not near them."""
 
 
@@ -64,7 +66,7 @@ def scattering(first: Identification, settled_after: float) -> str | None:
     for record in first.records:
         settled = record.time[0] + settled_after * (record.time[-1] - record.time[0])
         cycles = np.diff(record.break_away["t"][record.break_away["t"] >= settled])
-        if cycles.size < FEWEST or record.displacement is None:
+        if cycles.size < FEWEST_CYCLES or record.displacement is None:
             continue
         usual = float(np.median(cycles))
         apart = robust_scale(cycles - usual) / usual
@@ -104,10 +106,11 @@ class SlipShooting:
             )
         self.own = own_number(law)
         self.slips = [slip for i, record in enumerate(records) for slip in slips_of(record, i, settled_after)]
-        if len(self.slips) < FEWEST * max(self.count, 1):
+        if len(self.slips) < FEWEST_SLIPS_PER_NUMBER * max(self.count, 1):
             raise InputError(
                 f"fit_trajectories: {len(self.slips)} slips that follow a whole stick and end in one are too few for "
-                f"{self.count} numbers, {FEWEST} for each are needed: take longer records, or shoot by records"
+                f"{self.count} numbers, {FEWEST_SLIPS_PER_NUMBER} for each are needed: take longer records, or shoot "
+                "by records"
             )
         self.best: tuple[float, Array] = (math.inf, np.zeros(0))
         noise = [
@@ -132,7 +135,7 @@ class SlipShooting:
     def _split(self, unknowns: Array) -> tuple[Array, Array, Array, Array]:
         """The free numbers, how late and how far off the place each slip begins, and its level as a displacement."""
         late, off, level = np.split(unknowns[self.count :], 3)
-        reach = VISIBLE * np.array([(slip.duration, slip.depth) for slip in self.slips]).T
+        reach = VISIBLE_BEGINNING * np.array([(slip.duration, slip.depth) for slip in self.slips]).T
         return unknowns[: self.count], late * reach[0], off * reach[1], self.level + level * reach[1]
 
     def sticks(self, unknowns: Array) -> Sticks:
@@ -189,17 +192,17 @@ class SlipShooting:
         for j in (*range(count), count + 1, *([count + 2] if self.level_scatter else [])):
             trial = unknowns.copy()
             moved = np.full(slips, j) if j < count else owns[j - count]
-            step = np.where(unknowns[moved] + STEP <= high[moved], STEP, -STEP)
+            step = np.where(unknowns[moved] + NUMBER_STEP <= high[moved], NUMBER_STEP, -NUMBER_STEP)
             trial[moved] = unknowns[moved] + step
             for i, (beside, here) in enumerate(zip(self._traces(trial), base, strict=True)):
                 if beside is not None and here is not None:
                     blocks[self._edges[i] : self._edges[i + 1] - 1, j] = (beside[0] - here[0]) / step[i] / self.sigma[i]
         for i, (slip, here) in enumerate(zip(self.slips, base, strict=True)):
             if here is not None:
-                unit = VISIBLE * slip.duration / self.sigma[i]
+                unit = VISIBLE_BEGINNING * slip.duration / self.sigma[i]
                 blocks[self._edges[i] : self._edges[i + 1] - 1, count] = -unit * here[1]
             if self.level_scatter:
-                blocks[self._edges[i + 1] - 1, count + 2] = VISIBLE * slip.depth / self.level_scatter
+                blocks[self._edges[i + 1] - 1, count + 2] = VISIBLE_BEGINNING * slip.depth / self.level_scatter
         quiet = np.max(np.abs(blocks[:, :count]), axis=0, initial=0.0) < QUIET
         blocks[:, :count][:, quiet] = 0.0
         number = np.repeat(np.arange(slips), np.diff(self._edges))
@@ -210,7 +213,7 @@ class SlipShooting:
     def bounds(self) -> tuple[Array, Array]:
         """Limits of the unknowns."""
         reach = np.array([(slip.reach[0] / slip.duration, slip.reach[1] / slip.depth) for slip in self.slips])
-        around = np.append(reach.T.ravel(), np.full(len(self.slips), 10.0)) / VISIBLE
+        around = np.append(reach.T.ravel(), np.full(len(self.slips), 10.0)) / VISIBLE_BEGINNING
         return np.concatenate([self.free.low, -around]), np.concatenate([self.free.high, around])
 
     def reachable(self, numbers: Array) -> Array:
@@ -312,7 +315,7 @@ class SlipShooting:
             stuck = [trace is not None and bool(abs(trace[1][-1] - drive) < 1e-9 * abs(drive)) for trace in traces]
             ended = sum(stuck[i] for i in of)
             far = float(scatter[of[0]]) / spread
-            if far > FAR or 2 * ended < len(of):
+            if far > FARTHEST_SLIPS or 2 * ended < len(of):
                 raise InputError(
                     f"{record.name}: the law makes no slips like the measured ones (distance {far:.2f} of their standard "
                     f"deviation, {ended} of {len(of)} end in a stick): take another law, or keep the fit of the branches"

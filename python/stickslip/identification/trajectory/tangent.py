@@ -19,7 +19,7 @@ Array = npt.NDArray[np.float64]
 
 KNOTS = 16
 """Knots in a natural period; between them a derivative is the cubic through its values and slopes, good to 10⁻⁴ of itself."""
-FEWEST = 6
+FEWEST_KNOTS = 6
 """Knots in every phase: the short ones, such as a steep climb, are the quick ones."""
 BESIDE = 1e-7
 """A knot lies on either side of each event, that part of a natural period away, as the derivative of v jumps there."""
@@ -106,7 +106,7 @@ def _with_knots(
     begin, count = 0.0, 0
     for end in np.cumsum(sequence.durations).tolist():
         first, last = max(begin + beside, low), min(end - beside, high)
-        fewest = max(FEWEST, 2 + int((last - first) / spacing))
+        fewest = max(FEWEST_KNOTS, 2 + int((last - first) / spacing))
         inside = np.linspace(first, last, fewest).tolist() if last > first else []
         if passage is not None and inside and begin <= passage < end:
             inside = np.unique([*inside, np.clip(passage, first, last)]).tolist()

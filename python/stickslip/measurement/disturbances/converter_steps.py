@@ -11,7 +11,7 @@ Array = npt.NDArray[np.float64]
 
 DITHERED = 0.4
 """Noise of so many steps ahead of the converter makes its error one of noise."""
-FEWEST = 5
+FEWEST_VALUES = 5
 """Values of a record that show a step."""
 EVEN = 1e-3
 """Part of a step by which the distances of values may be off whole numbers of it."""
@@ -37,7 +37,7 @@ def coarse_step(readings: Array, noise: float) -> float:
     (0.1, 0.0)
     """
     values = np.unique(readings)
-    if len(values) < FEWEST:
+    if len(values) < FEWEST_VALUES:
         return 0.0
     apart = np.diff(values)
     apart = apart[apart > 1e-9 * (values[-1] - values[0])]  # what scaling rounds off is no step

@@ -30,11 +30,11 @@ LEAST_SAMPLES = 8
 """Of a stick: fewer are left out."""
 MARGIN = 3
 """Samples beside the limits of a stick that may belong to a slip."""
-BINS = 16
+STICK_PARTS = 16
 """Parts of a stick whose means show the slow lines."""
 MOST_LINES = 3
 """Lines that are taken from a record: a drive has harmonics."""
-CLEARLY = 40.0
+LINE_DEVIANCE = 40.0
 """A line must lower the deviance by so much: it is chosen among thousands of frequencies."""
 OSCILLATES = 2.0
 """No creep goes to and fro so many times in a stick."""
@@ -285,7 +285,7 @@ def find_ripple(
                 best, least = found, rest
         # what is not white beside the line makes it less sure
         scale = max(variance, least / max(float(samples.weight.sum()) - len(parts) - 3, 1.0))
-        if not best or (left - least) / scale < CLEARLY:
+        if not best or (left - least) / scale < LINE_DEVIANCE:
             break
         rates, left = np.append(rates, best), least
     if not len(rates):
@@ -340,11 +340,11 @@ def _coarse(samples: _Samples) -> _Samples:
     owner, time = samples.owner[:n], samples.time[:n]
     first = np.searchsorted(owner, np.arange(owner[-1] + 1))
     size = np.bincount(owner)
-    part = owner * BINS + (np.arange(n) - first[owner]) * BINS // size[owner]
+    part = owner * STICK_PARTS + (np.arange(n) - first[owner]) * STICK_PARTS // size[owner]
     weight: Array = np.bincount(part, samples.weight[:n]).astype(np.float64)
     used = weight > 0
     means = [np.bincount(part, samples.weight[:n] * one[:n])[used] / weight[used] for one in (time, samples.values)]
-    return _Samples(means[0], means[1], np.flatnonzero(used) // BINS, weight[used])
+    return _Samples(means[0], means[1], np.flatnonzero(used) // STICK_PARTS, weight[used])
 
 
 def _candidates(

@@ -14,7 +14,7 @@ from stickslip.measurement.signals.turning_points import Flanks
 
 Array = npt.NDArray[np.float64]
 
-FEWEST = 6
+FEWEST_CYCLES = 6
 """Fewer cycles show no drift."""
 CURVED = 12
 """Cycles from which on a drift may be a cubic of time, and not only a line."""
@@ -57,7 +57,7 @@ def zero_drift(presmoothed: Presmoothed, flanks: Flanks) -> ZeroDrift | None:
     """
     last = len(presmoothed.time) - 1
     whole = np.array([limits for limits in flanks.limits if limits[0] > 0 and limits[1] < last])
-    if len(whole) < FEWEST:
+    if len(whole) < FEWEST_CYCLES:
         return None
     low, high = presmoothed.extension[whole].T
     middle = presmoothed.time[whole].mean(axis=1)

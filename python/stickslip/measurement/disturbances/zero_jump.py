@@ -15,13 +15,13 @@ Array = npt.NDArray[np.float64]
 
 SIDE = 6
 """Samples on each side of which a parabola is taken."""
-ERRORS = 8.0
+LEAST_ERRORS = 8.0
 """A jump is that many times as large as its standard error by the noise."""
-LEAST = 3.0
+LEAST_MOTIONS = 3.0
 """And so many times what the largest acceleration of the free mass moves it by in a step squared."""
 LASTING = 7
 """The medians of so many samples on each side are about as far apart too: those beside an impulse are not."""
-RARE, CLEAR = 3, 2.0
+MOST_JUMPS, LEAST_ABOVE_OTHERS = 3, 2.0
 """No record has more jumps, and none of them is smaller than so many times the largest distance that is none."""
 
 
@@ -63,7 +63,7 @@ def zero_jumps(signal: Array, weight: Array, noise: float, turn: float) -> list[
     steps = windows[SIDE:] @ kernel - windows[:-SIDE] @ kernel[::-1]
     apart[SIDE : len(signal) - SIDE + 1] = np.where(seen[SIDE:] & seen[:-SIDE], steps, 0.0)
     noisy = math.sqrt(2) * float(np.linalg.norm(kernel))
-    least = max(ERRORS * noise * noisy, LEAST * turn**2 * float(np.ptp(signal)) / 2)
+    least = max(LEAST_ERRORS * noise * noisy, LEAST_MOTIONS * turn**2 * float(np.ptp(signal)) / 2)
     padded = np.pad(signal, 2 * LASTING, mode="edge")
     medians = np.median(np.lib.stride_tricks.sliding_window_view(padded, LASTING), axis=1)
     before, left_of, right_of, behind = (medians[i * LASTING : i * LASTING + len(signal)] for i in range(4))
@@ -71,12 +71,12 @@ def zero_jumps(signal: Array, weight: Array, noise: float, turn: float) -> list[
     left = np.abs(apart)
     left[(left < maximum_filter1d(left, 2 * SIDE + 1)) | (np.abs(lasting - apart) > left / 2)] = 0.0
     found: list[ZeroJump] = []
-    while len(found) <= RARE and left.max() > least:
+    while len(found) <= MOST_JUMPS and left.max() > least:
         at = int(left.argmax())
         found.append(ZeroJump(at, float(apart[at])))
         left[at] = 0.0
-    clear = all(abs(one.size) > CLEAR * float(left.max()) for one in found)
-    return sorted(found, key=lambda one: one.index) if clear and len(found) <= RARE else []
+    clear = all(abs(one.size) > LEAST_ABOVE_OTHERS * float(left.max()) for one in found)
+    return sorted(found, key=lambda one: one.index) if clear and len(found) <= MOST_JUMPS else []
 
 
 def zero_error(jumps: list[ZeroJump]) -> float:

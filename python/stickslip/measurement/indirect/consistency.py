@@ -11,7 +11,7 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.force import Friction, likeliest_inertia, restoring_excess
-from stickslip.measurement.indirect.stick_limits import BLUR, FEW
+from stickslip.measurement.indirect.stick_limits import BLUR, FEW_PER_PERIOD
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.noise import MAD_TO_SIGMA, line_excess, mains_hum
@@ -58,12 +58,13 @@ def check_sampling(record: Record, rig: Rig) -> None:
 def notes_on_few_samples(record: Record, oscillator: OscillatorConstants, units: RigUnits) -> list[str]:
     """Whether the samples are too few for break-aways to be placed to less than a sample."""
     period = natural_period(oscillator)
-    if period >= FEW * record.step:
+    if period >= FEW_PER_PERIOD * record.step:
         return []
     return [
-        f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW} a break-away may be seen "
-        f"some {BLUR:g} samples ({BLUR * record.step:.2g}{unit_suffix(units.time)}) too early, its force too low by as much "
-        "loading, and the friction of slow slip beside it too high; the errors of the break-aways hold that; record faster"
+        f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW_PER_PERIOD} a break-away may "
+        f"be seen some {BLUR:g} samples ({BLUR * record.step:.2g}{unit_suffix(units.time)}) too early, its force too low by "
+        "as much loading, and the friction of slow slip beside it too high; the errors of the break-aways hold that; record "
+        "faster"
     ]
 
 

@@ -12,16 +12,16 @@ from scipy.special import logsumexp
 
 from stickslip.measurement.indirect.force import Friction, Release
 from stickslip.measurement.indirect.stick_candidates import Stick
-from stickslip.measurement.indirect.stick_limits import FEW
+from stickslip.measurement.indirect.stick_limits import FEW_PER_PERIOD
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import natural_period
 
 Array = npt.NDArray[np.float64]
 
-LONGEST = 0.75
+LONGEST_PERIODS = 0.75
 """So much of a period of the free mass is looked at in each slip: what follows tells of other things than the release."""
 
-FEWEST, MOST = 6, 64
+FEWEST_SAMPLES, MOST_SLIPS = 6, 64
 """Fewest samples of a slip that tell something of it, and most slips that are looked at, spread over the record."""
 
 HALVINGS = 6
@@ -48,7 +48,7 @@ OPEN = 0.6
 FINE = 200
 """Times at which the motion of one slip is integrated."""
 
-BINS = 12
+SPEED_RANGES = 12
 """Ranges of slip speed, each of as many samples, in which measured friction is compared with the curve."""
 
 
@@ -101,7 +101,7 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
         return friction
     # a shift by this moves x by a fraction of the noise, as x departs from the drive with jump / m
     unit = math.hypot(math.sqrt(friction.noise * o.mass / jump) / 4, fit.step / 8)
-    slips = [slip for slip in slips if slip.length > 2 * SHIFTS[-1] * unit + FEWEST * fit.step]
+    slips = [slip for slip in slips if slip.length > 2 * SHIFTS[-1] * unit + FEWEST_SAMPLES * fit.step]
     if not slips:
         return friction
     curves = [_curve(friction, slips, fastest, jump, shift * unit, unit) for shift in SHIFTS]
@@ -115,7 +115,7 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
             error += share * _off_curve(friction, slips, curve) ** 2
     changed = replace(friction, force_error=np.hypot(friction.force_error, np.sqrt(error)))
     without = np.array([curve.without for curve in curves])
-    if logsumexp(evidences) > logsumexp(without) or natural_period(o) < FEW * fit.step:
+    if logsumexp(evidences) > logsumexp(without) or natural_period(o) < FEW_PER_PERIOD * fit.step:
         held = sum(slip.error**2 for slip in slips) / len(slips) ** 2
         return replace(changed, late=math.sqrt(max(UNEVEN**2 * late - held, 0.0)))
     shares = np.exp(without - logsumexp(without))
@@ -227,17 +227,22 @@ def _limits(friction: Friction, sticks: list[Stick]) -> list[_Limits]:
     """Slips whose break-aways are in the record and sure, of those with samples enough."""
     fit = friction.fit
     ends = [*(stick.start - fit.step for stick in sticks[1:]), float(fit.time[-1])]
-    longest = LONGEST * natural_period(fit.oscillator)
+    longest = LONGEST_PERIODS * natural_period(fit.oscillator)
     seen = []
     for stick, end in zip(sticks, ends, strict=True):
         length = min(end - stick.end, longest)
         samples = slice(*np.searchsorted(fit.time, [stick.end, stick.end + length]).tolist())
         rest = slice(*np.searchsorted(fit.time, [stick.start, stick.end]).tolist())
-        if stick.ends and stick.sure and np.count_nonzero(fit.weight[samples]) >= FEWEST and fit.weight[rest].any():
+        if (
+            stick.ends
+            and stick.sure
+            and np.count_nonzero(fit.weight[samples]) >= FEWEST_SAMPLES
+            and fit.weight[rest].any()
+        ):
             seen.append((stick, length, samples, rest))
     if not seen:
         return []
-    seen = [seen[i] for i in np.unique(np.linspace(0, len(seen) - 1, MOST).astype(int))]
+    seen = [seen[i] for i in np.unique(np.linspace(0, len(seen) - 1, MOST_SLIPS).astype(int))]
     starts, lengths = np.array([(stick.end, length) for stick, length, *_ in seen]).T
     times = np.linspace(starts, starts + lengths, FINE, axis=1)
     speeds = np.maximum(fit.evaluate(times.ravel(), 1).reshape(times.shape), 0.0)
@@ -365,7 +370,7 @@ def _off_curve(friction: Friction, slips: list[_Limits], curve: _Curve) -> Array
     for faster in (True, False):
         some = np.flatnonzero(accelerates[of] == faster)
         some = some[np.argsort(w[of[some]])]
-        parts = [part for part in np.array_split(some, BINS) if len(part)]
+        parts = [part for part in np.array_split(some, SPEED_RANGES) if len(part)]
         if not parts:
             continue
         speeds = [float(w[of[part]].mean()) for part in parts]

@@ -40,13 +40,13 @@ SURE = MARGIN + 2
 LATEST = 4
 """Where pictures are few, a first guess may be so many samples off."""
 
-FEW = 24
+FEW_PER_PERIOD = 24
 """With fewer samples in a period of the free mass, the pieces beside a stick cannot tell rest from the first of the slip."""
 
 BLUR = 2.5
 """A break-away is then known to so many samples only, and mostly seen too early."""
 
-ALIKE = 2.0
+ERROR_RATIO = 2.0
 """Errors of limits within this ratio of the usual one differ by their noise."""
 
 FINEST = 0.06
@@ -70,7 +70,7 @@ ROUNDS = 4
 EFFORT = 100
 """Most evaluations of that search."""
 
-CLEARLY = 20.0
+JUMP_DEVIANCE = 20.0
 """A force that jumps and falls on looks much like one that does not jump, and each slip repeats what is not quite true of
 either: it must be likelier by so much in deviance."""
 
@@ -92,8 +92,8 @@ def refine_sticks(
 
     Parameters
     ----------
-    model : the record, and the prior on its slips; with fewer than `FEW` samples in a period the errors of break-aways are
-        `BLUR` samples at least.
+    model : the record, and the prior on its slips; with fewer than `FEW_PER_PERIOD` samples in a period the errors of
+        break-aways are `BLUR` samples at least.
     sticks : first guesses.
     span : how far to look on each side of a guess, in s.
     soft : whether the force jumps at a break-away where that is known already; where it jumps, it is then asked too whether
@@ -136,7 +136,7 @@ def refine_sticks(
         soft = other[0] < best[0]
         if soft:
             best = outcome("hard", True)
-            soft = other[0] < best[0] + CLEARLY
+            soft = other[0] < best[0] + JUMP_DEVIANCE
         best = other if soft else best
     else:
         best = outcome("soft" if soft else "hard", not soft)
@@ -153,7 +153,7 @@ def _with_usual_errors(sticks: list[Stick]) -> list[Stick]:
 
 
 def _usual(errors: list[float], seen: list[bool]) -> list[float]:
-    """Errors of limits, those that are `seen` and within a factor of `ALIKE` of their median by their root mean square.
+    """Errors of limits, those that are `seen` and within a factor of `ERROR_RATIO` of their median by their root mean square.
 
     The evidence of a limit is narrower or wider by the same noise that shifts its peak (limits of one record that are seen
     later have narrower ones, with correlations down to -0.8), so a mean weighed by its widths would be off by more than its
@@ -162,7 +162,7 @@ def _usual(errors: list[float], seen: list[bool]) -> list[float]:
     found = np.array(errors)
     alike = np.array(seen, bool)
     if alike.any():
-        alike &= np.abs(np.log(found / np.median(found[alike]))) < math.log(ALIKE)
+        alike &= np.abs(np.log(found / np.median(found[alike]))) < math.log(ERROR_RATIO)
         found[alike] = math.sqrt(float(np.mean(found[alike] ** 2)))
     return [float(error) for error in found]
 
@@ -421,7 +421,7 @@ class _OneStick:
             end, end_error = self._centre(
                 lambda to: self.values(np.array([start]), to).ravel(), ends, table[row], self.soft
             )
-            if natural_period(self.model.oscillator) < FEW * step:
+            if natural_period(self.model.oscillator) < FEW_PER_PERIOD * step:
                 end_error = math.hypot(end_error, BLUR * step)
         best = min(best, self.values(np.array([start]), np.array([end])).item())
         # no slip looks like rest for as long as the free mass takes to swing to and fro

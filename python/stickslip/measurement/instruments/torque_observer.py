@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 
 SLOW = 0.2
 """A joint slower than this share of its mean speed is taken as standing still."""
-LEAST = 16
+LEAST_RUN_SAMPLES = 16
 """Samples a run must have after it has settled."""
 
 
@@ -30,10 +30,10 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         start = record.time[0] + bench.number("settle") * (record.time[-1] - record.time[0])
         late = record.time >= start
         torque, speed = record["torque"][late], record["velocity"][late]
-        if len(torque) < LEAST:
+        if len(torque) < LEAST_RUN_SAMPLES:
             raise InputError(
                 f"{record.source}: {len(torque)} samples are left after settle = {bench.number('settle'):g} of the record, "
-                f"at least {LEAST} are needed; settle is the share of it that is left out, from 0 to less than 1"
+                f"at least {LEAST_RUN_SAMPLES} are needed; settle is the share of it that is left out, from 0 to less than 1"
             )
         mean = float(np.mean(speed))
         if mean == 0.0:

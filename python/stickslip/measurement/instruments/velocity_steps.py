@@ -23,12 +23,12 @@ SAME_SPEED = 1.2
 """Neighbouring stretches whose speeds differ by less than this ratio are one hold."""
 SAME_LOAD = 0.02
 """Normal forces that differ by less than this share of their mean are one load."""
-STEP = (
+STEP_COLUMNS = (
     *("t", "begin", "end", "velocity_before", "velocity_after", "force_before", "peak_force", "force_after"),
     *("jump", "jump_error", "direct_effect", "direct_effect_error", "a_minus_b", "a_minus_b_error"),
 )
 """Columns of the table of steps."""
-LEAST = 16
+LEAST_HOLD_SAMPLES = 16
 """Samples a hold must have."""
 LEAST_PATH = 10
 """Tolerances that a hold must be long: less is a piece of the ramp from one speed to the next."""
@@ -225,7 +225,9 @@ def _holds(time: Array, x: Array, tolerance: float, least_speed: float) -> tuple
             joined.append(part)
     moving = [(part, float(x[part.last] - x[part.first])) for part in joined if part.speed > least_speed]
     holds = [
-        (part, path) for part, path in moving if part.last - part.first >= LEAST and path >= LEAST_PATH * tolerance
+        (part, path)
+        for part, path in moving
+        if part.last - part.first >= LEAST_HOLD_SAMPLES and path >= LEAST_PATH * tolerance
     ]
     return [part for part, _ in holds], sum(path for _, path in holds) / max(sum(path for _, path in moving), 1e-300)
 
@@ -363,7 +365,10 @@ def _steps(
         )
     units = dict.fromkeys(("t", "begin", "end"), "s") | dict.fromkeys(("velocity_before", "velocity_after"), speed_unit)
     return xr.Dataset(
-        {name: ("step", np.array([row[name] for row in found]), {"units": units.get(name, unit)}) for name in STEP}
+        {
+            name: ("step", np.array([row[name] for row in found]), {"units": units.get(name, unit)})
+            for name in STEP_COLUMNS
+        }
     )
 
 

@@ -13,21 +13,21 @@ Array = npt.NDArray[np.float64]
 
 DEGREE = 5
 """Of the polynomial taken out of each stretch: creep, the swing of a mass that does not stick, and a slow ripple."""
-SHORTEST, LONGEST = 24, 128
+SHORTEST_STRETCH, LONGEST_STRETCH = 24, 128
 """Samples of a stretch."""
-FEWEST = 3
+FEWEST_STRETCHES = 3
 """Stretches that tell how noise is correlated."""
-ALIKE = 6.0
+VARIANCE_RATIO = 6.0
 """A stretch whose samples scatter with so many times the usual variance holds more than noise."""
 SHARES = 1e-4, 1 - 1e-4
 """Of the variance, that coloured noise may have."""
 CORRELATIONS = 0.2, 0.99
 """Of coloured noise, from one sample to the next; what is slower is no noise of a sample."""
-CLEARLY = 16.0
+COLOUR_DEVIANCE = 16.0
 """Coloured noise must lower the deviance by so much."""
 SLOW = 4.0
 """Noise that lasts for more than one in so many parts of a stretch cannot be told from creep."""
-LEAST = 1.5
+LEAST_TOGETHER = 1.5
 """Noise that makes less than so many samples count as one is taken as white."""
 
 
@@ -79,10 +79,10 @@ def noise_colour(signal: Array, weight: Array, stretches: list[tuple[int, int]])
     >>> round(noise_colour(lfilter([1.0], [1.0, -0.9], steps), np.ones(6000), parts).correlation, 1)
     0.9
     """
-    lengths = [last - first for first, last in stretches if last - first >= SHORTEST]
+    lengths = [last - first for first, last in stretches if last - first >= SHORTEST_STRETCH]
     if not lengths:
         return None
-    length = min(int(np.median(lengths)), LONGEST)
+    length = min(int(np.median(lengths)), LONGEST_STRETCH)
     starts = np.array([i for first, last in stretches for i in range(first, last - length + 1, length)], dtype=int)
     pieces = starts[:, None] + np.arange(length)
     pieces = pieces[(weight[pieces] > 0).all(axis=1)]
@@ -90,8 +90,8 @@ def noise_colour(signal: Array, weight: Array, stretches: list[tuple[int, int]])
     complement = np.linalg.qr(powers, mode="complete")[0][:, DEGREE + 1 :]
     left = (signal[pieces] - signal[pieces].mean(axis=1, keepdims=True)) @ complement
     squares = np.mean(left**2, axis=1)
-    left = left[squares < ALIKE * np.median(squares)] if len(squares) else left
-    if len(left) < FEWEST or not left.any():
+    left = left[squares < VARIANCE_RATIO * np.median(squares)] if len(squares) else left
+    if len(left) < FEWEST_STRETCHES or not left.any():
         return None
     covariance = left.T @ left / len(left)
     apart = np.abs(np.subtract.outer(np.arange(length), np.arange(length)))
@@ -117,5 +117,5 @@ def noise_colour(signal: Array, weight: Array, stretches: list[tuple[int, int]])
     least, share, variance = under(correlation)
     colour = Colour(math.sqrt(variance), correlation, share)
     white = len(left) * left.shape[1] * math.log(float(np.mean(np.diag(covariance))))
-    clear = white - least > CLEARLY and length * (1 - correlation) > SLOW
-    return colour if clear and colour.count > LEAST else None
+    clear = white - least > COLOUR_DEVIANCE and length * (1 - correlation) > SLOW
+    return colour if clear and colour.count > LEAST_TOGETHER else None

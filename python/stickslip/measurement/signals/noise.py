@@ -20,7 +20,7 @@ BAND = 7.0
 """Within so many standard deviations lie all samples of a level with noise."""
 PILED = 5.0
 """Readings at the end of the range for each one at the values next to it."""
-FEWEST = 6
+FEWEST_AT_END = 6
 """Equal readings at the end of a range: two runs of three."""
 FLAT = 12
 """Fewest samples of a flat that has noise."""
@@ -147,11 +147,11 @@ def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     (0, 160)
     """
     found = np.zeros(len(signal), dtype=bool)
-    if len(np.unique(signal)) < FEWEST:
+    if len(np.unique(signal)) < FEWEST_AT_END:
         return found
     for upward in (signal, -signal):
         end = float(upward.max())
-        if piles_up(upward, FEWEST):
+        if piles_up(upward, FEWEST_AT_END):
             at_end, least = upward == end, 3
         else:
             at_end, least = upward > end - BAND * noise, FLAT

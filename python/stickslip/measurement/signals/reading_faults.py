@@ -9,9 +9,9 @@ from stickslip.measurement.signals.noise import piles_up
 
 Array = npt.NDArray[np.float64]
 
-FAR = 5.0
+CODE_SPANS = 5.0
 """A value that lies outside all others by more than this many of their spans is a code."""
-FEWEST = 20
+FEWEST_SATURATED = 20
 """Equal readings, and values beside them, that saturation must show at least."""
 FROZEN = 50
 """Equal readings in a row, where no other run is longer than a tenth of this."""
@@ -56,7 +56,7 @@ def reading_faults(readings: Array, time: Array, *, noisy: bool) -> list[str]:
     ends = []
     for which, side in (("largest", 1), ("smallest", -1)):
         end = side * (side * readings).max()
-        if end == 0 or not piles_up(side * readings, FEWEST):
+        if end == 0 or not piles_up(side * readings, FEWEST_SATURATED):
             continue
         ends.append(end)
         at_end = readings == end
@@ -82,8 +82,8 @@ def _codes(readings: Array) -> list[float]:
     values, counts = np.unique(readings, return_counts=True)
     found: list[float] = []
     while len(values) > 3 and len(found) < 2:
-        below = values[1] - values[0] > FAR * (values[-1] - values[1])
-        above = values[-1] - values[-2] > FAR * (values[-2] - values[0])
+        below = values[1] - values[0] > CODE_SPANS * (values[-1] - values[1])
+        above = values[-1] - values[-2] > CODE_SPANS * (values[-2] - values[0])
         end = 0 if below else -1
         if not (below or above) or not 2 <= counts[end] <= len(readings) / 2:
             break

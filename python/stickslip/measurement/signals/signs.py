@@ -9,13 +9,13 @@ from stickslip.errors import InputError
 
 Array = npt.NDArray[np.float64]
 
-CLEAR = 0.3
+TURN_LEVEL = 0.3
 """Of its usual size a force must have on both sides of zero to turn."""
 REST = 0.15
 """Of its usual size a speed has at most where it turns."""
 TURNS = 4
 """So many turns at least tell a sign."""
-MOST = 0.9
+TURNS_AT_REST = 0.9
 """Share of the turns of a force at which an unsigned speed is near zero."""
 CANCELS = 0.5
 """Share of its own size that the power of a friction has on average where the speed has no sign: it should all be taken."""
@@ -57,7 +57,7 @@ def notes_on_signs(speed: Array, force: Array, source: str) -> list[str]:
     gives_back = abs(float(power.sum())) < CANCELS * float(np.abs(power).sum())
     if len(turns) >= TURNS and one_way and slow.mean() < 0.5 and gives_back:
         at_rest = float(np.mean([slow[first : last + 1].any() for first, last in turns]))
-        if at_rest >= MOST:
+        if at_rest >= TURNS_AT_REST:
             raise InputError(
                 f"{source}: the force turns its sign {len(turns)} times and the speed, near zero at each of them, never "
                 "does: it seems to be recorded without its sign; give a displacement, or the speed with its sign"
@@ -75,7 +75,7 @@ def notes_on_signs(speed: Array, force: Array, source: str) -> list[str]:
 
 def _turns(values: Array) -> list[tuple[int, int]]:
     """The last sample clearly on one side of zero and the first clearly on the other, for each change of sides."""
-    level = CLEAR * float(np.quantile(np.abs(values), 0.9))
+    level = TURN_LEVEL * float(np.quantile(np.abs(values), 0.9))
     clear = np.flatnonzero(np.abs(values) > level)
     change = np.flatnonzero(np.diff(np.sign(values[clear])))
     return [(int(clear[i]), int(clear[i + 1])) for i in change]

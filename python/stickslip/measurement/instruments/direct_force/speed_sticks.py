@@ -19,7 +19,7 @@ Mask = npt.NDArray[np.bool_]
 
 QUARTILE = 0.3186
 """Of the size of a normal variable, in standard deviations."""
-CLEAR = 3.0
+CLEAR_DEVIATIONS = 3.0
 """Standard deviations of the speed at rest from which on a mass moves; of the force, from which on it falls."""
 
 
@@ -37,7 +37,7 @@ def stuck_samples(w: Array, level: float, error: Array) -> Mask:
             stuck[first + inside[0] : first + inside[-1] + 1] = True
     for first, last in runs_of(stuck):
         at_rest = max(float(np.quantile(np.abs(w[first:last]), 0.25)) / QUARTILE, float(np.median(error[first:last])))
-        resting = first + np.flatnonzero(np.abs(w[first:last]) < CLEAR * at_rest)
+        resting = first + np.flatnonzero(np.abs(w[first:last]) < CLEAR_DEVIATIONS * at_rest)
         stuck[first:last] = False
         if resting.size:
             stuck[resting[0] : resting[-1] + 1] = True
@@ -105,11 +105,11 @@ def break_aways_of(run: DirectRun) -> xr.Dataset:
         loading = slice(loaded if loaded > max(len(t) // 2, 2) else None)
         rate = float(np.polyfit(t[loading], f[loading], 1)[0])
         top = first + int(np.argmax(sense * inside))
-        fall = max(sense * (force[top] - force[min(top + 1, len(force) - 1)]) - CLEAR * scatter, 0.0)
+        fall = max(sense * (force[top] - force[min(top + 1, len(force) - 1)]) - CLEAR_DEVIATIONS * scatter, 0.0)
         rise = max(sense * rate * step, 0.0)
         missed = rise * fall / (rise + fall) / 2 if fall > 0 else 0.0
         after = sense * (force[top] - force[min(top + 2, len(force) - 1)])
-        missed += min((1 - run.between) * rise, run.between * max(after - CLEAR * scatter, 0.0))
+        missed += min((1 - run.between) * rise, run.between * max(after - CLEAR_DEVIATIONS * scatter, 0.0))
         peak = (float(np.max(sense * inside)) - _expected_excess(sense * inside, scatter) + missed) * sense
         residuals = f - np.polyval(np.polyfit(t, f, 1), t)
         following = sticks[number + 1][0] if number + 1 < len(sticks) else len(time)
