@@ -8,7 +8,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.errors import InputError
-from stickslip.measurement import Bench, Rig, load_rig
+from stickslip.measurement import InstrumentRig, Rig, load_rig
 
 GOOD = """
 instrument = "spring_force"
@@ -55,7 +55,7 @@ def test_example_rigs_are_read() -> None:
     rigs = [load_rig(path) for path in sorted(folder.glob("*.toml"))]
     assert len(rigs) >= 15
     for rig in rigs:
-        text = rig.toml if isinstance(rig, Bench) else rig.to_toml()
+        text = rig.toml if isinstance(rig, InstrumentRig) else rig.to_toml()
         assert load_rig(tomllib.loads(text)) == rig
 
 

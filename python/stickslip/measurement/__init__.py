@@ -1,7 +1,7 @@
 """From records and their rigs to motion, friction force, slip velocity and the table of break-aways."""
 
 from stickslip.measurement.friction import measure
-from stickslip.measurement.instruments import INSTRUMENTS, Bench
+from stickslip.measurement.instruments import INSTRUMENTS, InstrumentRig
 from stickslip.measurement.kinematics import motion
 from stickslip.measurement.read import Record, read_columns
 from stickslip.measurement.result import facts, notes
@@ -11,9 +11,12 @@ from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.spectra import spectrum, spectrum_over_time
 from stickslip.measurement.summary import summary
 
+Bench = InstrumentRig  # the name by which `report` knows it
+
 __all__ = [
     "INSTRUMENTS",
     "Bench",
+    "InstrumentRig",
     "Layout",
     "Record",
     "Rig",

@@ -13,7 +13,7 @@ from stickslip.errors import InputError
 from stickslip.files.checks import each_once
 from stickslip.measurement.indirect.break_away_table import break_aways
 from stickslip.measurement.indirect.method import Measured, measure_indirectly
-from stickslip.measurement.instruments import INSTRUMENTS, Bench
+from stickslip.measurement.instruments import INSTRUMENTS, InstrumentRig
 from stickslip.measurement.instruments.instrument import noted, same_samples
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import Record, as_record
@@ -24,7 +24,7 @@ from stickslip.measurement.rigs.rig_file import load_rig
 
 
 def measure(
-    record: Any, rig: Rig | Chain | Bench | str | Path | dict[str, Any], *, mass: int | str | None = None
+    record: Any, rig: Rig | Chain | InstrumentRig | str | Path | dict[str, Any], *, mass: int | str | None = None
 ) -> xr.DataTree:
     """Friction force, slip velocity and break-aways of a record.
 
@@ -37,8 +37,8 @@ def measure(
     record : path of a MATLAB (v5), CSV/text, JSON, look or netCDF file, or an xarray Dataset, a pandas DataFrame or a
         dict of (n,) arrays that holds the rig's columns. A motion file or Dataset with a dimension `mass` holds several
         records. For instruments that compare runs, a list of these.
-    rig : a `Rig`, a `Bench`, the path of a rig TOML, or its table. Where its stiffness is a matrix, the masses pull on
-        each other, and the friction on each is taken from the motion of all.
+    rig : a `Rig`, an `InstrumentRig`, the path of a rig TOML, or its table. Where its stiffness is a matrix, the masses
+        pull on each other, and the friction on each is taken from the motion of all.
     mass : number (from 0) or label of the mass of a motion file; default: all of them.
 
     Returns
@@ -80,7 +80,7 @@ def measure(
     ('almost_harmonic', True)
     """
     rig = load_rig(rig)
-    if isinstance(rig, Bench):
+    if isinstance(rig, InstrumentRig):
         instrument = INSTRUMENTS[rig.instrument]
         records = record if isinstance(record, list | tuple) else [record]
         if not records:

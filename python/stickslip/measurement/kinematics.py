@@ -18,7 +18,7 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.measurement.indirect.method import measure_indirectly
-from stickslip.measurement.instruments import Bench
+from stickslip.measurement.instruments import InstrumentRig
 from stickslip.measurement.masses import masses_of, opened
 from stickslip.measurement.read import as_record
 from stickslip.measurement.rigs.chain import Chain
@@ -91,7 +91,7 @@ def motion(
             f"motion: method must be one of {', '.join(METHODS)}, got {method!r}{did_you_mean(method, METHODS)}"
         )
     spring = load_rig(rig)
-    if isinstance(spring, Bench):
+    if isinstance(spring, InstrumentRig):
         raise InputError(
             f"motion: a rig with a spring was expected, got the instrument {spring.instrument!r}; see ss.measure"
         )

@@ -35,7 +35,7 @@ from stickslip.identification.records import FrictionRecord, check_same_units, r
 from stickslip.identification.result import Identification
 from stickslip.laws import Law
 from stickslip.laws.numbers import Spread
-from stickslip.measurement.instruments import Bench
+from stickslip.measurement.instruments import InstrumentRig
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.spectra import main_line
@@ -184,7 +184,7 @@ def _run(item: Any, law: Identification) -> FrictionRecord:
     if isinstance(item, str | Path) and Path(item).suffix == ".toml":
         rig = load_rig(item)
         if not isinstance(rig, Rig):
-            kind = f"the instrument {rig.instrument}" if isinstance(rig, Bench) else "a chain of masses"
+            kind = f"the instrument {rig.instrument}" if isinstance(rig, InstrumentRig) else "a chain of masses"
             raise InputError(
                 f"{item}: expected the rig of one mass on a spring, got {kind}; give a friction file instead"
             )

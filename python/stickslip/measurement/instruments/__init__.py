@@ -10,7 +10,7 @@ from stickslip.measurement.instruments.direct_force.direct_force import DIRECT_F
 from stickslip.measurement.instruments.event_list import EVENT_LIST
 from stickslip.measurement.instruments.force_log import FORCE_LOG
 from stickslip.measurement.instruments.free_decay import FREE_DECAY
-from stickslip.measurement.instruments.instrument import Bench, Channel, Constant, Instrument, Samples
+from stickslip.measurement.instruments.instrument import Channel, Constant, Instrument, InstrumentRig, Samples
 from stickslip.measurement.instruments.motor_current import MOTOR_CURRENT
 from stickslip.measurement.instruments.torque_observer import TORQUE_OBSERVER
 from stickslip.measurement.instruments.velocity_steps import VELOCITY_STEPS
@@ -29,4 +29,4 @@ INSTRUMENTS = {
     )
 }
 
-__all__ = ["INSTRUMENTS", "Bench", "Channel", "Constant", "Instrument", "Samples"]
+__all__ = ["INSTRUMENTS", "Channel", "Constant", "Instrument", "InstrumentRig", "Samples"]

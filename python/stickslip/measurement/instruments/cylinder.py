@@ -9,7 +9,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
+from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.instruments.scatter import block_error
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.smooth import jerk_spline
@@ -17,7 +17,7 @@ from stickslip.measurement.signals.smooth import jerk_spline
 Array = npt.NDArray[np.float64]
 
 
-def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     """Level of force - p A on the outward and on the inward strokes, inside the `range` of the stroke.
 
     The loop is shifted as a whole by any error of the pressure, of the force sensor's zero or of the area, so only half of
@@ -25,11 +25,11 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     error is the scatter between the runs, with one record it is `between_run_error` or, without that, the scatter of
     the strokes, and the notes say so.
     """
-    area = math.pi * bench.number("bore") ** 2 / 4
-    runs = [_run(record, area, bench) for record in records]
+    area = math.pi * rig.number("bore") ** 2 / 4
+    runs = [_run(record, area, rig) for record in records]
     rows = {name: np.array([run[name] for run in runs]) for name in runs[0]}
     notes = notes_of(records)
-    known = bench.maybe("between_run_error")
+    known = rig.maybe("between_run_error")
     half = rows["force"]
     between, repeated = _between_runs(rows["pressure"], rows["slip_velocity"], half)
     deviation = rows["in_run_deviation"][np.isfinite(rows["in_run_deviation"])]
@@ -72,7 +72,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         series=series,
         tables={"steady": steady},
         source=", ".join(record.source for record in records),
-        rig=bench.toml,
+        rig=rig.toml,
         notes=notes,
         facts=facts,
     )
@@ -112,10 +112,10 @@ def _series(record: Samples, area: float, error: float) -> dict[str, tuple[npt.N
     }
 
 
-def _run(record: Samples, area: float, bench: Bench) -> dict[str, float]:
+def _run(record: Samples, area: float, rig: InstrumentRig) -> dict[str, float]:
     """Levels of one run, stroke by stroke."""
     x, friction = record["displacement"], record["force"] - area * record["pressure"]
-    low, high = bench.constants["range"]
+    low, high = rig.constants["range"]
     v = jerk_spline(record.time, x).v
     inside = (x >= low) & (x <= high)
     levels: dict[int, list[float]] = {1: [], -1: []}

@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.instrument import Bench, Instrument, Samples
+from stickslip.measurement.instruments.instrument import Instrument, InstrumentRig, Samples
 from stickslip.measurement.instruments.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
 
 
-def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     """The table of break-aways of a list of slips: the stick time is the wait since the slip before.
 
     Nothing says how long a slip lasts, so the stick time is too long by that; the force rate is what was regained over
@@ -66,7 +66,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         series={},
         tables={"break_away": event_table(rows.tolist(), unit)},
         source=record.source,
-        rig=bench.toml,
+        rig=rig.toml,
         notes=notes,
         facts=facts,
     )

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
 from stickslip.measurement.instruments.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.signals.clocks.clock_offset import LEAST_SAMPLES as LEAST_PICTURES
@@ -27,15 +27,15 @@ AS_STATED = 0.02
 class _ForceLog(Instrument):
     """Takes along a film of the spring's two ends, on another clock."""
 
-    def read(self, source: Any, bench: Bench) -> Samples:
-        if not bench.companion:
-            return super().read(source, bench)
-        log = super().read(source, replace(bench, companion=""))
-        film = self.read_companion(source, bench, LEAST_PICTURES)
+    def read(self, source: Any, rig: InstrumentRig) -> Samples:
+        if not rig.companion:
+            return super().read(source, rig)
+        log = super().read(source, replace(rig, companion=""))
+        film = self.read_companion(source, rig, LEAST_PICTURES)
         return replace(log, companion=film, scale_error=film.scale_error)
 
 
-def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     """Peaks of the force from which it falls by more than `least_drop`.
 
     The slip is over between two samples of such a log, so a peak may have been missed by up to one sampling interval:
@@ -46,7 +46,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         raise InputError(f"force_log: one record at a time was expected, got {len(records)}")
     record = records[0]
     time, force = record.time, record["force"]
-    least = bench.number("least_drop")
+    least = rig.number("least_drop")
     valleys, peaks = turning_points(force, least)
     step = float(np.median(np.diff(time)))
     resolution = float(np.min(np.diff(np.unique(force)))) if len(np.unique(force)) > 1 else 0.0
@@ -86,7 +86,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         f"a fall of the force counts as a slip from {least:g} N on (least_drop); slips shorter than the sampling interval "
         f"of {step:.3g} s are jumps between two samples, so friction while slipping is not measured",
     ]
-    drive, stiffness = bench.maybe("drive_velocity"), bench.maybe("stiffness")
+    drive, stiffness = rig.maybe("drive_velocity"), rig.maybe("stiffness")
     rate = float(np.nanmedian(rates)) if rates else float("nan")
     if drive is not None and stiffness is not None and np.isfinite(rates).any():
         ratio = rate / (drive * stiffness)
@@ -123,7 +123,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             facts["correlation"] = float(np.corrcoef(logarithm, values[both, 6])[0, 1])
     tables = {"break_away": events}
     if record.companion is not None:
-        tables["film"] = _join(record, record.companion, bench, events, notes, facts)
+        tables["film"] = _join(record, record.companion, rig, events, notes, facts)
     series: dict[str, tuple[npt.NDArray[np.generic], str]] = {
         "time": (time, "s"),
         "force": (force, unit),
@@ -134,14 +134,14 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         series=series,
         tables=tables,
         source=record.source,
-        rig=bench.toml,
+        rig=rig.toml,
         notes=notes,
         facts=facts,
     )
 
 
 def _join(
-    log: Samples, film: Samples, bench: Bench, events: xr.Dataset, notes: list[str], facts: dict[str, float | str]
+    log: Samples, film: Samples, rig: InstrumentRig, events: xr.Dataset, notes: list[str], facts: dict[str, float | str]
 ) -> xr.Dataset:
     """What the film shows on the clock of the log; offset, spring and common slips go to the notes and facts."""
     if not {"displacement", "drive_displacement"} <= set(film.channels):
@@ -150,9 +150,9 @@ def _join(
             "drive_displacement in [companion.columns]"
         )
     block, extension = film["displacement"], film["drive_displacement"] - film["displacement"]
-    found = spring_offset(log.time, log["force"], film.time, extension, taut=bench.maybe("taut"))
+    found = spring_offset(log.time, log["force"], film.time, extension, taut=rig.maybe("taut"))
     stiffness_error = math.hypot(found.stiffness_error, film.scale_error * found.stiffness)
-    given = bench.maybe("clock_offset")
+    given = rig.maybe("clock_offset")
     offset = found.value if given is None else given
     notes += [
         *film.notes,

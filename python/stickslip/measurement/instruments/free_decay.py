@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline
 
@@ -21,7 +21,7 @@ MODELS = {
 """What dissipates, as powers of the speed."""
 
 
-def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     """Coulomb torque and what grows with speed, from the energy m g l (1 - cos A) of successive turning points A.
 
     The energy of a full cycle over its path is tau_c + c <|v|> + q <v^2>, means over the path. Which of the terms with
@@ -31,14 +31,14 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     if len(records) != 1:
         raise InputError(f"free_decay: one record at a time was expected, got {len(records)}")
     record = records[0]
-    restoring = bench.maybe("restoring_torque")
+    restoring = rig.maybe("restoring_torque")
     if restoring is None:
-        mass, length = bench.maybe("mass"), bench.maybe("length")
+        mass, length = rig.maybe("mass"), rig.maybe("length")
         if mass is None or length is None:
             raise InputError(
                 "rig: a free_decay instrument needs restoring_torque (m g l), or mass and length; add them"
             )
-        restoring = mass * length * bench.number("gravity")
+        restoring = mass * length * rig.number("gravity")
     notes = list(record.notes)
     time = record.time
     smooth = jerk_spline(time, record["angle"])
@@ -47,11 +47,11 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         raise InputError(f"{record.source}: {len(swing)} turning points are too few for a decay, at least 6 are needed")
     rest = float(np.median((swing[:-2] + 2 * swing[1:-1] + swing[2:]) / 4))
     swing = swing - rest
-    kept = _decaying(np.abs(swing), bench.number("least_amplitude"))
+    kept = _decaying(np.abs(swing), rig.number("least_amplitude"))
     at, swing = at[kept], swing[kept]
     if len(swing) < 6:
         raise InputError(
-            f"{record.source}: {len(swing)} swings are larger than least_amplitude = {bench.number('least_amplitude'):g} "
+            f"{record.source}: {len(swing)} swings are larger than least_amplitude = {rig.number('least_amplitude'):g} "
             "rad; at least 6 are needed"
         )
     notes.append(f"the angle of rest is {rest:.4g} rad by the turning points; it was subtracted")
@@ -93,7 +93,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         series={},
         tables={"steady": steady, "cycle": cycles},
         source=record.source,
-        rig=bench.toml,
+        rig=rig.toml,
         notes=notes,
         facts={
             "force": coulomb,

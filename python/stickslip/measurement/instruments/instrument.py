@@ -174,7 +174,7 @@ def noted(samples: Samples, note: str) -> Samples:
 
 
 @dataclass(frozen=True)
-class Bench:
+class InstrumentRig:
     """A rig of any instrument but the spring's, as its file says it.
 
     Attributes
@@ -219,7 +219,7 @@ class Instrument:
     name : as in the rig file, ``instrument = "..."``.
     channels, optional : name -> dimensions one of which it must have.
     constants : name -> dimension and default.
-    measure : from the samples of one or more records and the bench to the tree.
+    measure : from the samples of one or more records and the rig to the tree.
     instead : channel -> one of `optional` from which it may be found where it is not given.
     """
 
@@ -227,7 +227,7 @@ class Instrument:
     channels: Mapping[str, tuple[str, ...]]
     optional: Mapping[str, tuple[str, ...]]
     constants: Mapping[str, Constant]
-    measure: Callable[[list[Samples], Bench], xr.DataTree]
+    measure: Callable[[list[Samples], InstrumentRig], xr.DataTree]
     instead: Mapping[str, str] = field(default_factory=dict)
 
     def described(self, definitions: dict[str, Any]) -> dict[str, Any]:
@@ -254,7 +254,7 @@ class Instrument:
             "additionalProperties": False,
         }
 
-    def bench(self, table: Mapping[str, Any], where: str) -> Bench:
+    def rig_of(self, table: Mapping[str, Any], where: str) -> InstrumentRig:
         """Check the table of a rig file; `where` names it."""
         known = ["instrument", "columns", "read", "sampling_rate", "companion", *self.constants]
         check_keys(table, known, ["columns"], where)
@@ -289,7 +289,7 @@ class Instrument:
             document = tomli_w.dumps(dict(table))
         except (TypeError, ValueError) as error:
             raise InputError(f"{where}: a rig holds text, numbers, lists and tables ({error}); correct that") from None
-        return Bench(
+        return InstrumentRig(
             self.name,
             channels,
             constants,
@@ -317,20 +317,20 @@ class Instrument:
                 raise InputError(f"{here}: column {found[name].column!r} is that of {twin} already; name another")
         return found
 
-    def read(self, source: Any, bench: Bench) -> Samples:
+    def read(self, source: Any, rig: InstrumentRig) -> Samples:
         """The channels of one record in SI."""
-        samples = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
-        if bench.companion:
+        samples = self._read_one(source, rig.channels, rig.read, rig.maybe("sampling_rate"))
+        if rig.companion:
             raise InputError(f"{samples.source}: a {self.name} instrument joins no second file; remove [companion]")
         return samples
 
-    def read_companion(self, source: Any, bench: Bench, least: int = LEAST_SAMPLES) -> Samples:
+    def read_companion(self, source: Any, rig: InstrumentRig, least: int = LEAST_SAMPLES) -> Samples:
         """The channels of the second file, on its own clock."""
         if not isinstance(source, str | Path):
             raise InputError("record: a rig with a [companion] needs the path of its record, got arrays")
         path = Path(source)
-        file = path.with_name(bench.companion.replace("{stem}", path.stem))
-        return self._read_one(file, bench.companion_channels, bench.companion_read, None, least)
+        file = path.with_name(rig.companion.replace("{stem}", path.stem))
+        return self._read_one(file, rig.companion_channels, rig.companion_read, None, least)
 
     def _read_one(
         self,

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
+from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline
 
@@ -40,11 +40,11 @@ LINE = _Units("mass", "N", "kg", "m/s", "m")
 AXIS = _Units("inertia", "N m", "kg m^2", "rad/s", "rad")
 
 
-def _units(records: list[Samples], bench: Bench) -> _Units:
+def _units(records: list[Samples], rig: InstrumentRig) -> _Units:
     """Those of the displacement; refused where the rig names the inertia of the other kind of motion."""
     units = AXIS if records[0].units["displacement"] == "rad" else LINE
     other = LINE if units is AXIS else AXIS
-    if bench.maybe(other.inertia) is not None:
+    if rig.maybe(other.inertia) is not None:
         raise InputError(
             f"motor_current: expected {units.inertia} in {units.mass} for a displacement in {units.length}, got "
             f"{other.inertia} in {other.mass}; write {units.inertia} in the rig, or correct the unit of displacement"
@@ -52,7 +52,7 @@ def _units(records: list[Samples], bench: Bench) -> _Units:
     return units
 
 
-def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     """Friction forward and backward from force_per_current * current(t - delay) = M a + F+ (or - F-).
 
     Which sample of the current belongs to which position a log does not say, and a drive that switches turns a delay of
@@ -60,9 +60,9 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     record: the value is the middle of all, the error half their range. Friction is one level forward and one backward;
     `direct_force` takes the same current for friction over speed.
     """
-    factor = bench.number("force_per_current")
-    units = _units(records, bench)
-    published = bench.maybe(units.inertia)
+    factor = rig.number("force_per_current")
+    units = _units(records, rig)
+    published = rig.maybe(units.inertia)
     rows: list[dict[str, float]] = []
     notes = notes_of(records)
     for number, record in enumerate(records):
@@ -71,7 +71,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         for delay in DELAYS:
             drive = factor * np.interp(record.time - delay * step, record.time, record["current"])
             for mass in [None] if published is None else [None, published]:
-                row = _fit(record, smooth, drive, mass, bench)
+                row = _fit(record, smooth, drive, mass, rig)
                 rows.append(
                     {"record": float(number), "delay": float(delay), "fixed_mass": float(mass is not None)} | row
                 )
@@ -149,7 +149,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         series=_series(records[0], factor, best, error, units) if len(records) == 1 else {},
         tables={"steady": steady, "choices": choices},
         source=", ".join(record.source for record in records),
-        rig=bench.toml,
+        rig=rig.toml,
         notes=notes,
         facts={
             "force": middle,
@@ -168,10 +168,10 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     )
 
 
-def _fit(record: Samples, smooth: Smooth, drive: Array, mass: float | None, bench: Bench) -> dict[str, float]:
+def _fit(record: Samples, smooth: Smooth, drive: Array, mass: float | None, rig: InstrumentRig) -> dict[str, float]:
     """Least squares over the samples that move and are driven."""
-    moving = np.abs(smooth.v) > bench.number("least_speed")
-    driven = np.abs(record["current"]) > bench.number("least_current")
+    moving = np.abs(smooth.v) > rig.number("least_speed")
+    driven = np.abs(record["current"]) > rig.number("least_current")
     use = moving & driven
     use[:10] = use[-10:] = False  # the smoothing is loose at its ends
     if np.count_nonzero(use) < 20:

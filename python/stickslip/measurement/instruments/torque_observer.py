@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples, notes_of
+from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.instruments.scatter import block_error
 from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import facts_of_runs, friction_tree
@@ -21,18 +21,18 @@ LEAST_RUN_SAMPLES = 16
 """Samples a run must have after it has settled."""
 
 
-def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     """Mean torque of each run after it has settled, with the error of a mean of samples that follow each other."""
     rows: list[dict[str, float]] = []
     words: list[str] = []
     notes = notes_of(records)
     for record in records:
-        start = record.time[0] + bench.number("settle") * (record.time[-1] - record.time[0])
+        start = record.time[0] + rig.number("settle") * (record.time[-1] - record.time[0])
         late = record.time >= start
         torque, speed = record["torque"][late], record["velocity"][late]
         if len(torque) < LEAST_RUN_SAMPLES:
             raise InputError(
-                f"{record.source}: {len(torque)} samples are left after settle = {bench.number('settle'):g} of the record, "
+                f"{record.source}: {len(torque)} samples are left after settle = {rig.number('settle'):g} of the record, "
                 f"at least {LEAST_RUN_SAMPLES} are needed; settle is the share of it that is left out, from 0 to less than 1"
             )
         mean = float(np.mean(speed))
@@ -74,7 +74,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         series=_series(records[0]) if len(records) == 1 else {},
         tables={"steady": steady},
         source=", ".join(record.source for record in records),
-        rig=bench.toml,
+        rig=rig.toml,
         notes=notes,
         facts=facts,
     )

@@ -12,7 +12,7 @@ import xarray as xr
 from scipy.ndimage import median_filter
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.instrument import Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
 from stickslip.measurement.instruments.scatter import block_error
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.signals.noise import noise_level
@@ -55,7 +55,7 @@ class _Hold:
     speed: float
 
 
-def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     """Friction after settling in every hold, and before, at the peak of and after every step of the speed.
 
     The displacement is cut into straight lines (Douglas & Peucker): a cut is made wherever a line misses the displacement
@@ -86,7 +86,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
                 "a window (rig: [read] window) in which the sample is loaded"
             )
         friction, unit = friction / load, "1"
-    least_speed, given = bench.number("least_speed"), bench.maybe("tolerance")
+    least_speed, given = rig.number("least_speed"), rig.maybe("tolerance")
     tolerance = _tolerance(time, x, least_speed) if given is None else given
     holds, covered = _holds(time, x, tolerance, least_speed)
     if not holds:
@@ -107,7 +107,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
             f"{found - len(holds)} short stretches between two speeds are the drive's ramp from one to the other, not holds "
             "of their own: the step is counted at the crossing of the lines of both holds"
         )
-    rows = [_level(record, friction, load, hold, bench.number("settle")) for hold in holds]
+    rows = [_level(record, friction, load, hold, rig.number("settle")) for hold in holds]
     table = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     length = record.units["displacement"]
     speed_unit = f"{length}/s"
@@ -120,7 +120,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     steps = _steps(time, x, friction, holds, rows, unit, speed_unit)
     notes.append(
         f"{len(holds)} stretches of constant speed were found (the displacement lies within {tolerance:.3g} {length} of "
-        f"straight lines); friction is the mean over the last {bench.number('settle'):g} of each"
+        f"straight lines); friction is the mean over the last {rig.number('settle'):g} of each"
     )
     facts: dict[str, float | str] = {
         "holds": float(len(holds)),
@@ -178,7 +178,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         },
         tables={"steady": steady, "step": steps, "break_away": event_table(rests, unit)},
         source=record.source,
-        rig=bench.toml,
+        rig=rig.toml,
         notes=notes,
         facts=facts,
     )

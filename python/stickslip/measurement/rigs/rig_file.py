@@ -11,13 +11,13 @@ from stickslip.files.checks import did_you_mean
 from stickslip.files.disk import read_toml
 from stickslip.files.schema import complete
 from stickslip.measurement.instruments import INSTRUMENTS as OTHERS
-from stickslip.measurement.instruments import Bench
+from stickslip.measurement.instruments import InstrumentRig
 from stickslip.measurement.rigs.chain import EACH, Chain
 from stickslip.measurement.rigs.rig import INSTRUMENTS, Rig
 
 
-def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Chain | Bench:
-    """The rig of a TOML file or of its table: a `Rig` for the spring instruments, a `Bench` for all others.
+def load_rig(rig: Rig | Chain | InstrumentRig | str | Path | dict[str, Any]) -> Rig | Chain | InstrumentRig:
+    """The rig of a TOML file or of its table: a `Rig` for the spring instruments, an `InstrumentRig` for all others.
 
     Where the stiffness is a matrix, masses pull on each other, and the rig is a `Chain`.
 
@@ -31,7 +31,7 @@ def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Ch
     >>> load_rig({"instrument": "force_log", "least_drop": 0.3, "sampling_rate": 4, "columns": {"force": 1}}).instrument
     'force_log'
     """
-    if isinstance(rig, Rig | Chain | Bench):
+    if isinstance(rig, Rig | Chain | InstrumentRig):
         return rig
     where = "rig" if isinstance(rig, dict) else str(rig)
     table = rig if isinstance(rig, dict) else read_toml(rig, "rig file")
@@ -42,7 +42,7 @@ def load_rig(rig: Rig | Chain | Bench | str | Path | dict[str, Any]) -> Rig | Ch
             f'{where}: instrument is missing; add a line `instrument = "..."` with one of {", ".join(known)}'
         )
     if isinstance(instrument, str) and instrument in OTHERS:
-        return OTHERS[instrument].bench(table, where)
+        return OTHERS[instrument].rig_of(table, where)
     if instrument not in INSTRUMENTS:
         raise InputError(
             f"{where}: instrument must be one of {', '.join(known)}, got {instrument!r}{did_you_mean(str(instrument), known)}"

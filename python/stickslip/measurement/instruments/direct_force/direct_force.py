@@ -26,7 +26,7 @@ from stickslip.measurement.instruments.direct_force.force_lag import (
     notes_on_lag_between_sticks,
 )
 from stickslip.measurement.instruments.direct_force.speed_sticks import break_aways_of, stuck_samples
-from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Bench, Constant, Instrument, Samples
+from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Constant, Instrument, InstrumentRig, Samples
 from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import facts_of_runs, friction_tree
@@ -45,8 +45,8 @@ LEAST_LOAD = 0.01
 class _DirectForce(Instrument):
     """Reads a second file on another clock where the rig names one, and the current of a motor as its force."""
 
-    def bench(self, table: Mapping[str, Any], where: str) -> Bench:
-        found = super().bench(table, where)
+    def rig_of(self, table: Mapping[str, Any], where: str) -> InstrumentRig:
+        found = super().rig_of(table, where)
         named = {**found.channels, **found.companion_channels}
         factor = found.maybe("force_per_current")
         if "current" in named and "force" in named:
@@ -59,24 +59,24 @@ class _DirectForce(Instrument):
             )
         return found
 
-    def read(self, source: Any, bench: Bench) -> Samples:
-        if not bench.companion:
-            samples = super().read(source, bench)
-            return without_stated_lag(force_of_current(samples, samples, bench), bench)
-        main = self._read_one(source, bench.channels, bench.read, bench.maybe("sampling_rate"))
-        companion = self.read_companion(source, bench)
-        return on_one_clock(force_of_current(main, companion, bench), companion, bench)
+    def read(self, source: Any, rig: InstrumentRig) -> Samples:
+        if not rig.companion:
+            samples = super().read(source, rig)
+            return without_stated_lag(force_of_current(samples, samples, rig), rig)
+        main = self._read_one(source, rig.channels, rig.read, rig.maybe("sampling_rate"))
+        companion = self.read_companion(source, rig)
+        return on_one_clock(force_of_current(main, companion, rig), companion, rig)
 
 
-def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
+def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     """Friction over slip velocity, on the way up and on the way down, with the sticks where a speed for them is given.
 
     friction = force - inertia * acceleration (over the normal force, where there is one). `steady` holds the medians in
     bins of the slip velocity, apart for speeding up and slowing down; their errors come from the scatter over ten
     consecutive stretches of the record.
     """
-    runs = [_run(record, bench) for record in records]
-    tables = [_loop(run, bench) for run in runs]
+    runs = [_run(record, rig) for record in records]
+    tables = [_loop(run, rig) for run in runs]
     steady = xr.concat(tables, dim="row") if len(tables) > 1 else tables[0]
     names = ["forward_force", "forward_error", "backward_force", "backward_error", "peak_force"]
     if all("actuator_force" in run.facts for run in runs):
@@ -107,7 +107,7 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
         series=series,
         tables=children,
         source="; ".join(run.record.source for run in runs),
-        rig=bench.toml,
+        rig=rig.toml,
         notes=run.notes
         if len(runs) == 1
         else [f"{Path(run.record.source).name}: {note}" for run in runs for note in run.notes],
@@ -117,9 +117,9 @@ def _measure(records: list[Samples], bench: Bench) -> xr.DataTree:
     )
 
 
-def _run(record: Samples, bench: Bench) -> DirectRun:
+def _run(record: Samples, rig: InstrumentRig) -> DirectRun:
     notes = list(record.notes)
-    motion = motion_of(record, bench)
+    motion = motion_of(record, rig)
     notes.append(f"speed and acceleration are smoothed with a cut-off of {motion.cutoff:.3g} Hz")
     spikes = lone_spikes(record["force"], noise_level(record["force"]), motion.w)
     if spikes.any():
@@ -128,8 +128,8 @@ def _run(record: Samples, bench: Bench) -> DirectRun:
             "were left out"
         )
         record, motion = record.part(~spikes), motion.part(~spikes)
-    force, inertia, unit = record["force"], bench.number("inertia"), record.units["force"]
-    clock_offset = bench.maybe("clock_offset") or 0.0
+    force, inertia, unit = record["force"], rig.number("inertia"), record.units["force"]
+    clock_offset = rig.maybe("clock_offset") or 0.0
     notes += notes_on_lag(record, motion, clock_offset)
     friction = force - inertia * motion.acceleration
     notes += notes_on_signs(motion.w, friction, record.source)
@@ -140,24 +140,24 @@ def _run(record: Samples, bench: Bench) -> DirectRun:
         notes.append(
             "inertia is 0: the instrument's reading is taken as friction, so what lies between instrument and contact and is "
             f"accelerated (up to {highest:.3g} {motion.length}/s^2) is in it"
-            + ("; the mass in the rig is what swings, and nothing is taken off for it" if bench.maybe("mass") else "")
+            + ("; the mass in the rig is what swings, and nothing is taken off for it" if rig.maybe("mass") else "")
         )
     if "normal_force" in record:
         pressed = _pressed(record, notes)
         record, motion = record.part(pressed), motion.part(pressed)
         normal = record["normal_force"]
         friction, error, unit = friction[pressed] / normal, error[pressed] / normal, "1"
-    level = bench.maybe("stuck_speed")
+    level = rig.maybe("stuck_speed")
     stuck = np.zeros(len(motion.w), dtype=bool) if level is None else stuck_samples(motion.w, level, motion.w_error)
     step = float(np.median(np.diff(record.time)))
     lag = lag_between_sticks(record, motion, stuck)
     notes += notes_on_lag_between_sticks(lag, clock_offset, step)
     # a force that was taken later by no whole number of steps lies between its samples by this share of a step
-    between = 0.0 if bench.companion else (clock_offset / step) % 1
-    facts = _levels(motion, friction, bench)
+    between = 0.0 if rig.companion else (clock_offset / step) % 1
+    facts = _levels(motion, friction, rig)
     if level is not None:
         facts |= _slow_slip(record.time, motion.w, stuck, level) | {"break_away_late": late_error(lag, step)}
-    facts |= _stated(record, bench, float(facts["force"]), notes)
+    facts |= _stated(record, rig, float(facts["force"]), notes)
     late = 0.0 if lag is None else lag.value
     return DirectRun(record, motion, friction, error, stuck, late, between, unit, notes, facts)
 
@@ -179,10 +179,10 @@ def _pressed(record: Samples, notes: list[str]) -> Mask:
     return pressed
 
 
-def _levels(motion: DirectMotion, friction: Array, bench: Bench) -> dict[str, float | str]:
+def _levels(motion: DirectMotion, friction: Array, rig: InstrumentRig) -> dict[str, float | str]:
     """The friction of fast slip in either sense, and the ranges of speed and friction."""
-    w, share = motion.w, bench.number("fast_share")
-    fast = bench.maybe("fast_speed")
+    w, share = motion.w, rig.number("fast_share")
+    fast = rig.maybe("fast_speed")
     fast = share * float(np.max(np.abs(w))) if fast is None else fast
     forward = median_and_error(friction[w > fast])
     backward = median_and_error(friction[w < -fast])
@@ -221,7 +221,7 @@ def _slow_slip(time: Array, w: Array, stuck: Mask, level: float) -> dict[str, fl
     }
 
 
-def _stated(record: Samples, bench: Bench, force: float, notes: list[str]) -> dict[str, float | str]:
+def _stated(record: Samples, rig: InstrumentRig, force: float, notes: list[str]) -> dict[str, float | str]:
     """What the rig and further columns say, the pull of actuators beside the friction `force`."""
     facts: dict[str, float | str] = {}
     actuators = [record[name] for name in ("actuator_1", "actuator_2") if name in record]
@@ -231,10 +231,10 @@ def _stated(record: Samples, bench: Bench, force: float, notes: list[str]) -> di
         part = f"; friction is {force / pull:.3g} times that" if pull else ""
         notes.append(f"the actuators pull with {pull:.4g} N together in the mean{part}")
     if "normal_force" not in record:
-        facts["subtracted_inertia"] = bench.number("inertia")
+        facts["subtracted_inertia"] = rig.number("inertia")
     for name in OSCILLATOR:
-        if bench.maybe(name):
-            facts[name] = bench.number(name)
+        if rig.maybe(name):
+            facts[name] = rig.number(name)
     if "drive_velocity" in record:
         drive = record["drive_velocity"]
         seen = np.isfinite(drive)
@@ -245,10 +245,10 @@ def _stated(record: Samples, bench: Bench, force: float, notes: list[str]) -> di
     return facts
 
 
-def _loop(run: DirectRun, bench: Bench) -> xr.Dataset:
+def _loop(run: DirectRun, rig: InstrumentRig) -> xr.Dataset:
     """Medians in bins of speed, apart for speeding up and slowing down."""
     w = run.motion.w
-    edges = np.linspace(w.min(), w.max(), int(bench.number("bins")) + 1)
+    edges = np.linspace(w.min(), w.max(), int(rig.number("bins")) + 1)
     speeding = run.motion.acceleration * np.sign(w) > 0
     rows: list[tuple[float, float, float, float]] = []
     branch: list[str] = []

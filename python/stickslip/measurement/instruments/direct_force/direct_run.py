@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.instrument import Bench, Samples
+from stickslip.measurement.instruments.instrument import InstrumentRig, Samples
 from stickslip.measurement.signals.smooth import jerk_spline
 
 Array = npt.NDArray[np.float64]
@@ -61,12 +61,12 @@ def moved_channel(samples: Samples) -> str | None:
     return next((name for name in ("velocity", "displacement") if name in samples), None)
 
 
-def motion_of(record: Samples, bench: Bench) -> DirectMotion:
+def motion_of(record: Samples, rig: InstrumentRig) -> DirectMotion:
     """The motion of a record, from its speed or its displacement."""
     name = moved_channel(record)
     if name is None:
         raise InputError(f"{record.source}: a direct_force instrument needs a column of displacement or of velocity")
-    smooth = jerk_spline(record.time, record[name], cutoff=bench.maybe("cutoff"))
+    smooth = jerk_spline(record.time, record[name], cutoff=rig.maybe("cutoff"))
     length = record.units[name].removesuffix("/s")
     numbers = (
         (smooth.x, smooth.x_error, smooth.v, smooth.v_error)

@@ -10,25 +10,25 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion, motion_of, moved_channel
-from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Bench, Samples
+from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, InstrumentRig, Samples
 from stickslip.measurement.signals.clocks.clock_offset import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
 
 Array = npt.NDArray[np.float64]
 
 
-def force_of_current(samples: Samples, motion: Samples, bench: Bench) -> Samples:
+def force_of_current(samples: Samples, motion: Samples, rig: InstrumentRig) -> Samples:
     """The samples with the force, or the torque of a motor that turns, that the current of a motor stands for."""
     if "current" not in samples:
         return samples
     unit = "N m" if {"rad", "rad/s"} & set(motion.units.values()) else "N"
-    force = bench.number("force_per_current") * samples["current"]
+    force = rig.number("force_per_current") * samples["current"]
     channels = {name: values for name, values in samples.channels.items() if name != "current"} | {"force": force}
     return replace(samples, channels=channels, units={**samples.units, "force": unit})
 
 
-def without_stated_lag(samples: Samples, bench: Bench) -> Samples:
+def without_stated_lag(samples: Samples, rig: InstrumentRig) -> Samples:
     """The force at the times of the motion it belongs to, where the rig says by how much it is written late."""
-    lag = bench.maybe("clock_offset")
+    lag = rig.maybe("clock_offset")
     if not lag:
         return samples
     force = replace(samples, channels={"time": samples.time, "force": samples["force"]})
@@ -49,7 +49,7 @@ def _on_the_clock_of_the_motion(force: Samples, motion: Samples, offset: float) 
     return motion.part(inside).channels | taken
 
 
-def on_one_clock(force: Samples, motion: Samples, bench: Bench) -> Samples:
+def on_one_clock(force: Samples, motion: Samples, rig: InstrumentRig) -> Samples:
     """The force on the clock of the motion.
 
     Where the inertia is given the offset is that under which the force is inertia and friction of the motion: where inertia
@@ -57,7 +57,7 @@ def on_one_clock(force: Samples, motion: Samples, bench: Bench) -> Samples:
     """
     if moved_channel(motion) is None:
         raise InputError(f"{motion.source}: the companion of a force record must hold displacement or velocity")
-    given, inertia, moved = bench.maybe("clock_offset"), bench.number("inertia"), motion_of(motion, bench)
+    given, inertia, moved = rig.maybe("clock_offset"), rig.number("inertia"), motion_of(motion, rig)
     if inertia > 0:
         found = inertia_offset(force.time, force["force"], motion.time, moved.w, moved.acceleration, inertia)
         alike = "force with inertia and friction"
