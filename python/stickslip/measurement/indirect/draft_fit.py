@@ -1,7 +1,7 @@
 """Friction and sticks of a draft: limits of the sticks and cut-off of the slips, fitted by turns.
 
 Here it is chosen how sticks are decided: for a mass that creeps by `creeping_sticks` in `stick_candidates`, for one that does
-not by `refine_sticks` in `stick_limits`.
+not by `refine_sticks` in `stick_limits`. Whether it creeps was found before, in `method` (`Draft.resting`).
 """
 
 from __future__ import annotations
