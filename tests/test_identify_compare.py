@@ -304,7 +304,7 @@ def spread(behind, scatter=0.9, count=6):
 def test_a_law_of_more_numbers_is_as_good_worse_or_not_to_be_told_by_the_interval_of_its_difference():
     chosen, verdict, said, (_, _, high) = verdicts(spread(0.02, 0.05), (2, 3))
     assert (chosen, verdict) == ("A", {"A": "best", "B": "as good"})
-    assert high < comparison.CLOSE
+    assert high < comparison.CLOSE_BEHIND
     assert "cannot decide between A and B" in said[0]
     chosen, verdict, said, (low, _, _) = verdicts(np.full(6, 1.2), (2, 3))
     assert (chosen, verdict) == ("A", {"A": "best", "B": "worse"})
@@ -313,7 +313,7 @@ def test_a_law_of_more_numbers_is_as_good_worse_or_not_to_be_told_by_the_interva
     chosen, verdict, said, (low, behind, high) = verdicts(spread(0.2), (2, 3))
     assert (chosen, verdict) == ("A", {"A": "best", "B": "cannot tell"})
     assert low < 0 < behind < high
-    assert high > comparison.CLOSE
+    assert high > comparison.CLOSE_BEHIND
     assert "B (error 22.1 % above the least); more records would tell" in said[-1]
 
 
@@ -322,6 +322,6 @@ def test_a_law_of_fewer_numbers_is_not_chosen_where_its_error_is_half_as_much_ag
     # In both cases the interval holds 0 and more than a tenth: only the number itself tells them apart.
     name, verdict, _, (low, found, high) = verdicts(spread(behind), (3, 2))
     assert found == pytest.approx(behind, rel=1e-12)
-    assert low < 0 < comparison.CLOSE < high
+    assert low < 0 < comparison.CLOSE_BEHIND < high
     assert name == chosen
     assert verdict == ({"B": "best", "A": "as good"} if chosen == "B" else {"A": "best", "B": "cannot tell"})
