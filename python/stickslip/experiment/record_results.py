@@ -33,7 +33,7 @@ def measured_record(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -
 def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str, Any]:
     import xarray as xr
 
-    from stickslip.measurement import Bench, facts, load_rig, measure, motion, notes
+    from stickslip.measurement import InstrumentRig, facts, load_rig, measure, motion, notes
     from stickslip.measurement.masses import masses_of
     from stickslip.measurement.summary import texts_and_units
 
@@ -58,7 +58,7 @@ def _make(path: Path, rig: Any, setup: Any, folder: Path, mark: str) -> dict[str
             show.friction_record(xr.DataTree(part.to_dataset(), children=dict(part.children)))[0],
             folder / f"friction{end}.png",
         )
-    if not isinstance(known_rig, Bench):
+    if not isinstance(known_rig, InstrumentRig):
         moved = motion(record, known_rig)
         masses = {f"-{label}": one for label, one in (masses_of(moved) or {}).items()} or {"": moved}
         for end, one in masses.items():

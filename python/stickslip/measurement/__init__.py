@@ -11,11 +11,8 @@ from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.spectra import spectrum, spectrum_over_time
 from stickslip.measurement.summary import summary
 
-Bench = InstrumentRig  # the name by which `report` knows it
-
 __all__ = [
     "INSTRUMENTS",
-    "Bench",
     "InstrumentRig",
     "Layout",
     "Record",

@@ -11,8 +11,8 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.files.units import rounded
+from stickslip.identification.estimator.residual_statistics import correlation_time
 from stickslip.identification.estimator.result import Result, in_digits
-from stickslip.identification.estimator.uncertainty import correlation_time
 from stickslip.identification.prediction.agreement import compare_motion
 from stickslip.identification.result import NAMED, Identification, short_names
 from stickslip.identification.selection.comparison import Comparison

@@ -15,9 +15,6 @@ from scipy.special import stdtrit
 
 from stickslip.errors import InputError
 from stickslip.identification.estimator.parameters import Parameters
-from stickslip.identification.estimator.residual_statistics import (
-    correlation_time as correlation_time,  # `report` imports it from here
-)
 from stickslip.identification.estimator.residual_statistics import variance_inflation
 
 Array = npt.NDArray[np.float64]
