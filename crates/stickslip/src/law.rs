@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 pub use asymmetric::Asymmetric;
 pub use bogacz_ryczek::{BRANCHES, BogaczRyczek, UpperTurn};
 pub use combined::Combined;
-pub use constant_or_nodes::Table;
+pub use constant_or_nodes::ConstantOrNodes;
 pub use coulomb::Coulomb;
 pub use cubic::Cubic;
 pub use dwell_time::DwellTime;

@@ -3,7 +3,7 @@
 mod support;
 
 use stickslip::harmonic::Harmonic;
-use stickslip::law::{DwellTime, ForceRate, PiecewiseLinear, Table, Tabulated, TwoBranch};
+use stickslip::law::{ConstantOrNodes, DwellTime, ForceRate, PiecewiseLinear, Tabulated, TwoBranch};
 use stickslip::mode::Kind;
 use stickslip::orbit::Orbit;
 use stickslip::oscillator::Oscillator;
@@ -23,8 +23,8 @@ fn same(one: &Orbit, two: &Orbit) {
 
 fn two_branch(rising: f64, falling: f64) -> TwoBranch {
     TwoBranch::new(
-        Table::Constant(rising),
-        Table::Constant(falling),
+        ConstantOrNodes::Constant(rising),
+        ConstantOrNodes::Constant(falling),
         rising.max(falling),
     )
 }
@@ -66,8 +66,8 @@ fn s20_accel_sign() {
 #[test]
 fn branches_hold_where_neither_is_consistent() {
     let law = TwoBranch::new(
-        Table::Nodes(vec![[0.0, 1.2], [0.5, 0.9], [1.0, 1.0]]),
-        Table::Nodes(vec![[0.0, 0.8], [0.4, 0.6], [1.0, 0.9]]),
+        ConstantOrNodes::Nodes(vec![[0.0, 1.2], [0.5, 0.9], [1.0, 1.0]]),
+        ConstantOrNodes::Nodes(vec![[0.0, 0.8], [0.4, 0.6], [1.0, 0.9]]),
         1.2,
     );
     let mut system = Oscillator::new(0.02, 0.6, law.clone());
@@ -126,9 +126,13 @@ fn branches_the_other_way_round_switch_at_once() {
 fn equal_branches_are_one_table() {
     let nodes = vec![[0.0, 1.0], [0.2, 0.6], [0.3, 0.61]];
     let end = vec![[0.0, 1.0], [0.2, 0.6], [9.0, 1.48]];
-    let both = TwoBranch::new(Table::Nodes(end.clone()), Table::Nodes(end.clone()), 1.0);
+    let both = TwoBranch::new(
+        ConstantOrNodes::Nodes(end.clone()),
+        ConstantOrNodes::Nodes(end.clone()),
+        1.0,
+    );
     let plain = PiecewiseLinear::new(nodes, 1.0);
-    let table = Tabulated::new(Table::Nodes(end), Table::Constant(1.0));
+    let table = Tabulated::new(ConstantOrNodes::Nodes(end), ConstantOrNodes::Constant(1.0));
     let one = simulate(&Oscillator::new(0.05, 0.3, plain), Run::stuck(100.0)).unwrap();
     same(
         &one,
@@ -175,7 +179,7 @@ fn tabulated_dwell_follows_the_curve() {
         .map(|i| 0.005 * f64::from(i))
         .map(|t| [t, curve(t)])
         .collect();
-    let law = Tabulated::new(Table::Constant(0.5), Table::Nodes(nodes));
+    let law = Tabulated::new(ConstantOrNodes::Constant(0.5), ConstantOrNodes::Nodes(nodes));
     for forcing in [vec![], vec![Harmonic::new(0.0, 0.7, 0.0)]] {
         let mut system = Oscillator::new(0.0, 0.3, law.clone());
         system.forcing = forcing;

@@ -14,7 +14,7 @@
 //!    └────────────────────────────────── u = |w|
 //! ```
 
-use super::constant_or_nodes::Table;
+use super::constant_or_nodes::ConstantOrNodes;
 use super::{Adhesion, End, Friction, Memory, Piece, Point, Rest, StaticFriction};
 use crate::elementary::tan;
 use crate::error::{Error, misshapen};
@@ -49,7 +49,7 @@ parameters! {
         /// The line of corners, (slope, intercept).
         pub l: Point = [3.41, -0.28] => [Number::of("force velocity^-1").part("slope"), FORCE.part("intercept")],
         /// α(f_s): how far friction falls after break-away, the same after every one or a table over the break-away force.
-        pub alpha: Table = Table::Nodes(vec![[1.9, 0.0], [2.9, 1.7]]) => [FORCE.part("f_s"), FORCE.part("drop").not_negative()],
+        pub alpha: ConstantOrNodes = ConstantOrNodes::Nodes(vec![[1.9, 0.0], [2.9, 1.7]]) => [FORCE.part("f_s"), FORCE.part("drop").not_negative()],
         /// β: the slip speed over which it falls.
         pub beta: f64 = 0.01 => [VELOCITY.not_negative()],
         /// φ in degrees: angle of the upper line when A lies at infinity.

@@ -9,14 +9,14 @@ use crate::law::declaration::{Kind, Limits, Value};
 /// A function of one variable: constant, or linear between nodes and constant beyond the first and the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-pub enum Table {
+pub enum ConstantOrNodes {
     /// The same value everywhere.
     Constant(f64),
     /// Nodes (abscissa, value).
     Nodes(Vec<Point>),
 }
 
-impl Value for Table {
+impl Value for ConstantOrNodes {
     const KIND: Kind = Kind::NumberOrNodes;
 
     /// There is a node, abscissae increase, and each value is within its limits.
@@ -36,7 +36,7 @@ impl Value for Table {
     }
 }
 
-impl Table {
+impl ConstantOrNodes {
     /// The value at `at`.
     pub(super) fn at(&self, at: f64) -> f64 {
         self.line(at)[0]

@@ -1,6 +1,6 @@
 //! Friction as it was measured: a table over slip speed, a table over stick time, or both.
 
-use super::constant_or_nodes::Table;
+use super::constant_or_nodes::ConstantOrNodes;
 use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
 use super::{Adhesion, End, Friction, Memory, Piece, Rest};
@@ -11,9 +11,9 @@ parameters! {
     /// F(w) linear between nodes (w_i, f_i), f_s(t_s) linear between nodes (t_i, f_i), both constant beyond the last.
     pub struct Tabulated {
         /// Kinetic force, a number or nodes (slip speed, force), the first at slip speed 0.
-        pub kinetic: Table = Table::Nodes(vec![[0.0, 0.9], [0.1, 0.7], [0.3, 0.6], [0.6, 0.65]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
+        pub kinetic: ConstantOrNodes = ConstantOrNodes::Nodes(vec![[0.0, 0.9], [0.1, 0.7], [0.3, 0.6], [0.6, 0.65]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
         /// Break-away force, a number or nodes (stick time, force), the first at stick time 0; it must not fall.
-        pub break_away: Table = Table::Nodes(vec![[0.0, 0.9], [0.5, 1.0], [2.0, 1.1], [6.0, 1.15]]) => [STICK_TIME, NODE_FORCE.not_negative()],
+        pub break_away: ConstantOrNodes = ConstantOrNodes::Nodes(vec![[0.0, 0.9], [0.5, 1.0], [2.0, 1.1], [6.0, 1.15]]) => [STICK_TIME, NODE_FORCE.not_negative()],
     }
 }
 

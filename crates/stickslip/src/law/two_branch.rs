@@ -1,6 +1,6 @@
 //! Friction with one branch while the slip speed rises and another while it falls, which need not meet.
 
-use super::constant_or_nodes::Table;
+use super::constant_or_nodes::ConstantOrNodes;
 use super::piecewise_linear::from_zero;
 use super::static_kinetic::at_least_kinetic;
 use super::{End, Friction, Memory, Piece, Rest};
@@ -14,16 +14,16 @@ parameters! {
     /// f₋ > f₊, both branches are consistent for forces between them, and the motion stays on its branch until that ends.
     pub struct TwoBranch {
         /// f₊: a number or nodes (slip speed, force), the first at slip speed 0; constant beyond the last.
-        pub rising: Table = Table::Nodes(vec![[0.0, 1.0], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
+        pub rising: ConstantOrNodes = ConstantOrNodes::Nodes(vec![[0.0, 1.0], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
         /// f₋, likewise.
-        pub falling: Table = Table::Nodes(vec![[0.0, 0.6], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
+        pub falling: ConstantOrNodes = ConstantOrNodes::Nodes(vec![[0.0, 0.6], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
         /// Break-away force f_s.
         pub break_away: f64 = 1.0 => [FORCE.not_negative()],
     }
 }
 
 impl TwoBranch {
-    fn table(&self, rising: bool) -> &Table {
+    fn table(&self, rising: bool) -> &ConstantOrNodes {
         if rising { &self.rising } else { &self.falling }
     }
 
