@@ -203,7 +203,7 @@ pub(crate) fn observe_forced<const H: usize>(
         .go(run, record)
 }
 
-/// Go on from a hybrid state, with x and v of the run, until `run.t_end`, a time on the clock of the hybrid, and tell `record`.
+/// Go on from a hybrid state, with x and v of the run, until `run.t_end`, a time on the clock of the hybrid state, and tell `record`.
 ///
 /// # Errors
 /// A harmonic that meets an undamped resonance.
@@ -238,7 +238,7 @@ pub(crate) fn first_hybrid_state(oscillator: &Oscillator, run: Run) -> HybridSta
     with_harmonics!(oscillator, H, hybrid::<H>(oscillator, run))
 }
 
-/// Position, velocity and hybrid state after the next event of a motion from a hybrid, if it occurs before `t_end` and `record` goes
+/// Position, velocity and hybrid state after the next event of a motion from a hybrid state, if it occurs before `t_end` and `record` goes
 /// on until then.
 pub(crate) fn next_event(
     oscillator: &Oscillator,

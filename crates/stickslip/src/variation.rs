@@ -1,6 +1,6 @@
 //! The derivative of a motion through its events: fundamental matrices of the segments and jumps at the events at once.
 //!
-//! An *event sequence* is a motion with its event sequence held fixed: phase after phase, each ended by the event that ended it in the
+//! An *event sequence* is a motion with the order of its events held fixed: phase after phase, each ended by the event that ended it in the
 //! motion it was taken from. The state carries everything that what follows depends on, the time, the lines of friction and
 //! the memory of the contacts included, and every number in it is a [`Dual`]: the derivative with respect to the start and to
 //! every parameter comes along. At an event the time moves with the state by −h′/ḣ, which is the saltation matrix
@@ -147,7 +147,7 @@ pub fn follow(
         let mut tau = phase.duration;
         motion.go(&seeded, &phase.contact_modes, tau, &mut expansion);
         let mut guard = motion.guard(&seeded, phase, tau, &expansion);
-        let mut rest = VariedMotion::step(&guard);
+        let mut rest = VariedMotion::newton_step(&guard);
         // A motion so near its end moves there by its rates.
         if rest.is_nan() || rest.abs() > NEAR / expansion.pace(&motion.frame) {
             tau = end_of(&motion, &state.without_derivatives(1), phase, &mut expansion)
@@ -156,7 +156,7 @@ pub fn follow(
             guard = motion.guard(&seeded, phase, tau, &expansion);
             rest = 0.0;
         }
-        let moves = VariedMotion::moves(guard);
+        let event_shift = VariedMotion::event_time_derivative(guard);
         let end = PhaseEnd {
             index,
             phase,
@@ -166,7 +166,7 @@ pub fn follow(
             rest,
             next,
         };
-        motion.pass(&end, &moves, &mut after);
+        motion.state_after_event(&end, &event_shift, &mut after);
         let strays = |number: &Dual| !number.rates.iter().all(|rate| rate.is_finite());
         let moved = &after.numbers[..motion.layout.contact(0)];
         if moved
@@ -183,7 +183,7 @@ pub fn follow(
         if tests {
             let first = followed.tests.len();
             motion.boundaries(&end, &mut followed.tests);
-            motion.entry(&end, &moves, &mut followed.tests);
+            motion.entry(&end, &event_shift, &mut followed.tests);
             for test in followed.tests[first..].iter_mut().filter(|_| !through) {
                 let mut row = vec![0.0; directions];
                 chain(&test.value, rates, width, &mut row);
@@ -220,7 +220,8 @@ fn identity(width: usize, directions: usize) -> Vec<f64> {
     rows
 }
 
-/// The derivatives of a number by the start of the event sequence, from those by the start of the phase and of that by the event sequence's.
+/// The derivatives of a number by the start of the event sequence, from those by the start of
+/// the phase and the derivatives of that by the start of the event sequence.
 fn chain(number: &Dual, rates: &[f64], width: usize, row: &mut [f64]) {
     let directions = row.len();
     row[width..].copy_from_slice(&number.rates[width..directions]);
@@ -245,7 +246,7 @@ fn end_of(motion: &VariedMotion, start: &Moving, phase: &Phase, expansion: &mut 
         let rate = expansion.pace(&motion.frame);
         let longest = 0.3 / rate;
         let guard = motion.guard(start, phase, tau, expansion);
-        let step = VariedMotion::step(&guard);
+        let step = VariedMotion::newton_step(&guard);
         if !step.is_finite() {
             return (guard.value == 0.0).then_some(tau);
         }

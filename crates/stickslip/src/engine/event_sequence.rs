@@ -55,27 +55,27 @@ pub fn run(oscillator: &Oscillator, run: Run, go_on: impl FnMut() -> bool) -> Re
     ))
 }
 
-/// The event sequence from a state in a contact state, for a duration and as long as `go_on` says so. A stick begins there.
+/// The event sequence from a state in a contact mode, for a duration and as long as `go_on` says so. A stick begins there.
 ///
 /// # Errors
 /// What makes no sense in the oscillator.
 pub fn from(
     oscillator: &Oscillator,
     state: &State,
-    contact_state: ContactMode,
+    contact_mode: ContactMode,
     duration: f64,
     max_events: u64,
     go_on: impl FnMut() -> bool,
 ) -> Result<EventSequence, Error> {
     if !oscillator.closed() {
         let system = System::from(oscillator);
-        return sequence::from(&system, state, &[contact_state], duration, max_events, go_on);
+        return sequence::from(&system, state, &[contact_mode], duration, max_events, go_on);
     }
     let number = |i: usize| state.numbers[i];
     let [t, x, v] = [0, 1, 2].map(number);
     let run = Run {
         x0: x,
-        v0: Some(if contact_state == ContactMode::Stick {
+        v0: Some(if contact_mode == ContactMode::Stick {
             oscillator.drive_velocity
         } else {
             v
@@ -84,7 +84,7 @@ pub fn from(
         max_events,
     };
     let (piece, memory) = state.contact(3, 0);
-    let mode = match contact_state {
+    let mode = match contact_mode {
         ContactMode::Stick => Mode::Stick,
         ContactMode::Slip(direction) => {
             let u = direction * (oscillator.drive_velocity - v);
@@ -145,10 +145,10 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
     let oscillator = &orbit.oscillator;
     let mut phases = Vec::with_capacity(orbit.segments.len());
     for (index, segment) in orbit.segments.iter().enumerate() {
-        let contact_state = ContactMode::of(segment.direction, segment.slope);
+        let contact_mode = ContactMode::of(segment.direction, segment.slope);
         let Some(event) = orbit.events.get(index) else {
             phases.push(Phase {
-                contact_modes: vec![contact_state],
+                contact_modes: vec![contact_mode],
                 contact: 0,
                 ending: Ending::Time,
                 duration: segment.clock.until(end),
@@ -161,13 +161,13 @@ fn of_orbit(orbit: &Orbit, start: &State, end: f64) -> EventSequence {
             Kind::Node => segment.direction * orbit.states(&[event.t])[0].a < 0.0,
             _ => u(event.v) >= u(segment.v),
         };
-        let ending = ending(event, contact_state, &oscillator.law, grows, || u(event.v));
+        let ending = ending(event, contact_mode, &oscillator.law, grows, || u(event.v));
         let next = orbit
             .segments
             .get(index + 1)
             .map_or(segment.clock, |next| next.clock);
         phases.push(Phase {
-            contact_modes: vec![contact_state],
+            contact_modes: vec![contact_mode],
             contact: 0,
             ending,
             duration: (next.high - segment.clock.high) + (next.low - segment.clock.low),

@@ -102,15 +102,15 @@ impl VariedMotion<'_> {
     fn watched(
         &self,
         start: &Moving,
-        contact_state: ContactMode,
+        contact_mode: ContactMode,
         c: usize,
         expansion: &mut Expansion,
         h: f64,
     ) -> f64 {
         expansion.h = h;
-        match contact_state {
+        match contact_mode {
             ContactMode::Slip(_) => expansion.slip_acceleration(c).value,
-            ContactMode::Stick => self.margin(start, c, expansion.begin + h, expansion).rates[0],
+            ContactMode::Stick => self.static_margin(start, c, expansion.begin + h, expansion).rates[0],
             ContactMode::Hold(_) => 1.0,
         }
     }
@@ -125,15 +125,15 @@ impl VariedMotion<'_> {
                 contact: c,
                 phase: end.index,
                 tau,
-                value: at_extremum(self.margin(end.start, c, tau, &expansion)),
+                value: at_extremum(self.static_margin(end.start, c, tau, &expansion)),
                 detail: 0.0,
             }),
             _ => {}
         }
     }
 
-    /// The test functions where a slip velocity reaches zero; the end `moves`.
-    pub(super) fn entry(&self, end: &PhaseEnd, moves: &Dual, tests: &mut Vec<Test>) {
+    /// The test functions where a slip velocity reaches zero; given how the time of that event moves with the start.
+    pub(super) fn entry(&self, end: &PhaseEnd, event_shift: &Dual, tests: &mut Vec<Test>) {
         let &PhaseEnd {
             phase,
             tau,
@@ -146,7 +146,7 @@ impl VariedMotion<'_> {
         }
         let sticks = end.next[c] == ContactMode::Stick;
         let settled = |mut number: Dual| {
-            at_the_end(&mut number, moves);
+            at_the_end(&mut number, event_shift);
             number
         };
         let mut push = |boundary, value: Dual, detail| {
@@ -175,11 +175,11 @@ impl VariedMotion<'_> {
                 self.both_ends(end, c, tau, &settled(expansion.u(c)), true, tests);
             }
             Ending::Line(End::Low) if end.start.numbers[self.layout.contact(c) + LOW].value <= 0.0 => {
-                let [force, rate] = self.if_stuck(self.there(end), &phase.contact_modes, c);
+                let [force, rate] = self.if_stuck(self.state_at_end(end), &phase.contact_modes, c);
                 let detail = rate.value * force.value.signum();
-                let at_once = Dual::fixed(0.0, moves.rates.len());
-                let normal = self.normal(c, || self.there(end));
-                let margin = self.room((c, normal), &at_once, || rate, force);
+                let at_once = Dual::fixed(0.0, event_shift.rates.len());
+                let normal = self.normal(c, || self.state_at_end(end));
+                let margin = self.static_limit_beyond((c, normal), &at_once, || rate, force);
                 if sticks {
                     push(Boundary::Entry, margin, detail);
                 } else {

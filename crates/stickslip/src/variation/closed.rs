@@ -185,7 +185,7 @@ impl Closed {
     pub(super) fn go(
         self: &Rc<Self>,
         start: &Moving,
-        contact_state: ContactMode,
+        contact_mode: ContactMode,
         tau: f64,
         moved: &mut Option<Moved>,
     ) {
@@ -201,10 +201,10 @@ impl Closed {
             direction: 0.0,
             line: [offset.clone(), slope.clone()],
         });
-        there.direction = contact_state.direction();
+        there.direction = contact_mode.direction();
         there.t.clone_from(t);
         grow(&mut there.t, tau);
-        match contact_state {
+        match contact_mode {
             ContactMode::Stick => {
                 there.v = self.drive(directions);
                 there.x.clone_from(x);

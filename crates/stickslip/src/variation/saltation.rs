@@ -1,4 +1,17 @@
 //! The jump of the derivative at an event (saltation matrix): what vanishes there, and the state and memory that follow.
+//!
+//! An event at which the guard h(x, t) vanishes takes the state x to R(x, t), and the motion from ẋ = F⁻ to ẋ = F⁺. With
+//! n = ∇h, a neighbouring motion that is off by δx before the event is off by S δx after it:
+//!
+//! ```text
+//! S = D_xR + (F⁺ − D_xR F⁻ − D_tR) nᵀ / (nᵀF⁻ + h_t)
+//! ```
+//!
+//! No such matrix is formed here. Every number is a [`Dual`] whose last rate is that by time along the phase, here written
+//! with a dot; the rates along the other directions are written with a prime. The event comes later by −h′/ḣ
+//! ([`VariedMotion::event_time_derivative`]). [`VariedMotion::state_after_event`] applies R to these numbers and then puts
+//! that shift for time along the phase, which gives the first term and those with D_xR F⁻ and D_tR. The term with F⁺ follows in
+//! the next phase, as the time at which that starts is one of the numbers and moves too.
 
 use super::segment::{Expansion, VariedMotion};
 use super::state::{ContactMode, Ending, Flags, HIGH, LOW, Layout, Moving, Phase, STICK_TIME, line_of};
@@ -29,7 +42,7 @@ impl VariedMotion<'_> {
         let c = phase.contact;
         let line = |which: usize| &start.numbers[self.layout.contact(c) + which];
         match (phase.contact_modes.get(c), phase.ending) {
-            (Some(ContactMode::Stick), Ending::Release) => self.margin(start, c, tau, expansion),
+            (Some(ContactMode::Stick), Ending::Release) => self.static_margin(start, c, tau, expansion),
             (Some(ContactMode::Hold(direction)), Ending::Line(end)) => {
                 let rising = usize::from(end == End::High);
                 let parameters = self.parameters(start.numbers[0].rates.len());
@@ -57,9 +70,9 @@ impl VariedMotion<'_> {
     }
 
     /// What adhesion of a contact bears beyond the force that holds it.
-    pub(super) fn margin(&self, start: &Moving, c: usize, tau: f64, expansion: &Expansion) -> Dual {
-        let normal = self.normal(c, || self.moved(start, tau, expansion));
-        self.room(
+    pub(super) fn static_margin(&self, start: &Moving, c: usize, tau: f64, expansion: &Expansion) -> Dual {
+        let normal = self.normal(c, || self.state_on_expansion(start, tau, expansion));
+        self.static_limit_beyond(
             (c, normal),
             &self.stick_time(start, c, tau),
             || expansion.force_rate(c),
@@ -68,7 +81,7 @@ impl VariedMotion<'_> {
     }
 
     /// The static limit beyond a force, under a normal force where that varies.
-    pub(super) fn room(
+    pub(super) fn static_limit_beyond(
         &self,
         (c, normal): (usize, Option<Dual>),
         stick_time: &Dual,
@@ -123,8 +136,8 @@ impl VariedMotion<'_> {
         later(&start.numbers[self.layout.contact(c) + STICK_TIME], tau)
     }
 
-    /// A force rate where static friction of the contact depends on it.
-    fn felt(&self, c: usize, directions: usize, rate: impl FnOnce() -> Dual) -> Dual {
+    /// A force rate where static friction of the contact depends on it, else zero.
+    fn felt_force_rate(&self, c: usize, directions: usize, rate: impl FnOnce() -> Dual) -> Dual {
         if self.laws[c].feels_force_rate() {
             rate()
         } else {
@@ -134,7 +147,7 @@ impl VariedMotion<'_> {
 
     /// The static limit against slip in a direction.
     fn static_limit(&self, c: usize, direction: f64, stick_time: &Dual, rate: impl FnOnce() -> Dual) -> Dual {
-        let rate = self.felt(c, stick_time.rates.len(), rate).abs();
+        let rate = self.felt_force_rate(c, stick_time.rates.len(), rate).abs();
         let parameters = self.parameters(rate.rates.len());
         let inputs = [stick_time, &rate];
         let [limit] = self
@@ -150,19 +163,19 @@ impl VariedMotion<'_> {
     pub(super) fn if_stuck(&self, mut state: Moving, contact_modes: &[ContactMode], c: usize) -> [Dual; 2] {
         let mut stuck = contact_modes.to_vec();
         stuck[c] = ContactMode::Stick;
-        self.stop(&mut state, &stuck);
+        self.stop_stuck_masses(&mut state, &stuck);
         self.holding(&state, &stuck, c)
     }
 
-    /// The state with the time, the positions and the velocities of a expansion.
-    pub(super) fn moved(&self, start: &Moving, tau: f64, expansion: &Expansion) -> Moving {
+    /// The state with the time, the positions and the velocities of an expansion.
+    pub(super) fn state_on_expansion(&self, start: &Moving, tau: f64, expansion: &Expansion) -> Moving {
         let mut here = start.clone();
-        self.move_there(&mut here, tau, expansion);
+        self.move_with_expansion(&mut here, tau, expansion);
         here
     }
 
     /// A state at the start of an expansion moves on with it.
-    fn move_there(&self, here: &mut Moving, tau: f64, expansion: &Expansion) {
+    fn move_with_expansion(&self, here: &mut Moving, tau: f64, expansion: &Expansion) {
         grow(&mut here.numbers[0], tau);
         for i in 0..self.layout.masses {
             here.numbers[self.layout.x(i)] = expansion.x(i);
@@ -171,16 +184,16 @@ impl VariedMotion<'_> {
     }
 
     /// The state with the time, the positions and the velocities where a phase ends.
-    pub(super) fn there(&self, end: &PhaseEnd) -> Moving {
+    pub(super) fn state_at_end(&self, end: &PhaseEnd) -> Moving {
         let mut there = Moving::default();
-        self.arrive_at(&mut there, end);
+        self.set_state_at_end(&mut there, end);
         there
     }
 
     /// The same in place of another state.
-    fn arrive_at(&self, there: &mut Moving, end: &PhaseEnd) {
+    fn set_state_at_end(&self, there: &mut Moving, end: &PhaseEnd) {
         there.clone_from(end.start);
-        self.move_there(there, end.tau, end.expansion);
+        self.move_with_expansion(there, end.tau, end.expansion);
         for number in &mut there.numbers[1..self.layout.contact(0)] {
             number.value += end.rest * number.rates.last().copied().unwrap_or(0.0);
         }
@@ -231,49 +244,49 @@ impl VariedMotion<'_> {
             let (piece, memory) = answer(law, z);
             line_of(&piece, &memory)
         });
-        for (expansion, number) in state.numbers[at..].iter_mut().zip(numbers) {
-            *expansion = number;
+        for (old, new) in state.numbers[at..].iter_mut().zip(numbers) {
+            *old = new;
         }
         state.flags[c] = Flags::of(&piece, &memory);
     }
 
-    /// The state `after` a phase whose end `moves`.
-    pub(super) fn pass(&self, end: &PhaseEnd, moves: &Dual, after: &mut Moving) {
+    /// Make `after` the state after the event that ends a phase, given how the time of the event moves with the start.
+    pub(super) fn state_after_event(&self, end: &PhaseEnd, event_shift: &Dual, after: &mut Moving) {
         let &PhaseEnd { phase, next, .. } = end;
-        self.arrive_at(after, end);
-        for (c, (contact_state, next)) in phase.contact_modes.iter().zip(next).enumerate() {
-            if *contact_state == ContactMode::Stick {
+        self.set_state_at_end(after, end);
+        for (c, (mode, next)) in phase.contact_modes.iter().zip(next).enumerate() {
+            if *mode == ContactMode::Stick {
                 after.numbers[self.layout.contact(c) + STICK_TIME] = self.stick_time(end.start, c, end.tau);
             }
             let event = c == phase.contact && !matches!(phase.ending, Ending::Time | Ending::Section);
-            if contact_state != next || event {
-                self.change(after, end, c);
+            if mode != next || event {
+                self.contact_after_event(after, end, c);
             }
         }
         for number in &mut after.numbers {
-            at_the_end(number, moves);
+            at_the_end(number, event_shift);
         }
-        self.arrive(after, end);
-        self.stop(after, next);
+        self.set_slip_speed_at_line_end(after, end);
+        self.stop_stuck_masses(after, next);
     }
 
     /// How much later the guard vanishes, by its rate.
-    pub(super) fn step(guard: &Dual) -> f64 {
+    pub(super) fn newton_step(guard: &Dual) -> f64 {
         -guard.value / guard.rates.last().copied().unwrap_or(0.0)
     }
 
-    /// How the end of the phase moves with the start, by −h′/ḣ.
-    pub(super) fn moves(guard: Dual) -> Dual {
+    /// The derivative of the time of the event that ends a phase, −h′/ḣ.
+    pub(super) fn event_time_derivative(guard: Dual) -> Dual {
         let rate = guard.rates.last().copied().unwrap_or(1.0);
-        let mut moves = guard * (-1.0 / rate);
-        if let Some(along) = moves.rates.last_mut() {
+        let mut derivative = guard * (-1.0 / rate);
+        if let Some(along) = derivative.rates.last_mut() {
             *along = 0.0;
         }
-        moves
+        derivative
     }
 
     /// The slip speed at the end of a line of friction is that end, to the last digit.
-    fn arrive(&self, after: &mut Moving, end: &PhaseEnd) {
+    fn set_slip_speed_at_line_end(&self, after: &mut Moving, end: &PhaseEnd) {
         let &PhaseEnd {
             start, phase, next, ..
         } = end;
@@ -294,8 +307,8 @@ impl VariedMotion<'_> {
         after.numbers[self.layout.v(contact.mass)] = drive - &u;
     }
 
-    /// What a contact does anew.
-    fn change(&self, after: &mut Moving, end: &PhaseEnd, c: usize) {
+    /// The memory and the line of friction of a contact after the event.
+    fn contact_after_event(&self, after: &mut Moving, end: &PhaseEnd, c: usize) {
         let &PhaseEnd {
             start,
             phase,
@@ -307,7 +320,7 @@ impl VariedMotion<'_> {
         let at = self.layout.contact(c);
         let directions = start.numbers[0].rates.len();
         let rate = || {
-            let [_, rate] = self.if_stuck(self.there(end), &phase.contact_modes, c);
+            let [_, rate] = self.if_stuck(self.state_at_end(end), &phase.contact_modes, c);
             rate
         };
         let at_once = || Dual::fixed(0.0, directions);
@@ -327,7 +340,7 @@ impl VariedMotion<'_> {
                 } else {
                     f64::NEG_INFINITY
                 };
-                let rate = self.felt(c, directions, rate);
+                let rate = self.felt_force_rate(c, directions, rate);
                 self.take_line(after, ahead, Way::Begin(balance), &expansion.u(c), &rate);
             }
             (ContactMode::Slip(_), ContactMode::Hold(_)) => {}
@@ -346,7 +359,7 @@ impl VariedMotion<'_> {
                 };
                 // A law is told of it at a turn to rising slip speed alone ([`Memory`]).
                 let rate = match end {
-                    End::Reversal { rising: true } => self.felt(c, directions, rate),
+                    End::Reversal { rising: true } => self.felt_force_rate(c, directions, rate),
                     _ => at_once(),
                 };
                 self.take_line(after, ahead, Way::Next(end), u, &rate);
@@ -382,10 +395,10 @@ pub(super) fn grow(number: &mut Dual, tau: f64) {
 }
 
 /// Time along the phase is no direction of its own where the phase ends.
-pub(super) fn at_the_end(number: &mut Dual, moves: &Dual) {
+pub(super) fn at_the_end(number: &mut Dual, event_shift: &Dual) {
     let slope = number.rates.last().copied().unwrap_or(0.0);
     if slope != 0.0 {
-        number.shift(slope, moves);
+        number.shift(slope, event_shift);
         if let Some(along) = number.rates.last_mut() {
             *along = 0.0;
         }

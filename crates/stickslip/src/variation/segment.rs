@@ -76,8 +76,8 @@ fn laws(system: &System) -> Vec<&Law> {
 
 /// What the flow needs to know of every contact.
 pub(super) fn force_lines(contact_modes: &[ContactMode], line: impl Fn(usize) -> [f64; 2]) -> Vec<ForceLine> {
-    let force_line = |(c, contact_state): (usize, &ContactMode)| {
-        let (direction, [offset, slope]) = match *contact_state {
+    let force_line = |(c, contact_mode): (usize, &ContactMode)| {
+        let (direction, [offset, slope]) = match *contact_mode {
             ContactMode::Stick => return ForceLine::STUCK,
             ContactMode::Hold(direction) => (direction, [0.0, f64::INFINITY]),
             ContactMode::Slip(direction) => (direction, line(c)),
@@ -179,18 +179,18 @@ impl<'a> VariedMotion<'a> {
         tau: f64,
         expansion: &mut Expansion,
     ) -> bool {
-        let (Some(closed), &[contact_state]) = (&self.closed, contact_modes) else {
+        let (Some(closed), &[contact_mode]) = (&self.closed, contact_modes) else {
             return false;
         };
-        if contact_state != ContactMode::Stick && self.frame.is_smooth(0, contact_state.direction()) {
+        if contact_mode != ContactMode::Stick && self.frame.is_smooth(0, contact_mode.direction()) {
             return false;
         }
-        closed.go(start, contact_state, tau, &mut expansion.leapt);
+        closed.go(start, contact_mode, tau, &mut expansion.leapt);
         (expansion.begin, expansion.h, expansion.reach) = (tau, 0.0, 0.0);
         expansion.leapt.is_some()
     }
 
-    /// The same from a expansion near by.
+    /// The same from an expansion near by.
     pub(super) fn shift(
         &self,
         start: &Moving,
@@ -217,7 +217,7 @@ impl<'a> VariedMotion<'a> {
     ) {
         let mut here = start.clone();
         let mut clock = Clock::at(start.numbers[0].value);
-        self.stop(&mut here, contact_modes);
+        self.stop_stuck_masses(&mut here, contact_modes);
         let mode = self.mode(&here, contact_modes);
         (expansion.begin, expansion.leapt) = (0.0, None);
         for step in 0.. {
@@ -248,7 +248,7 @@ impl<'a> VariedMotion<'a> {
     }
 
     /// Stuck contacts leave no choice of their slip velocity.
-    pub(super) fn stop(&self, state: &mut Moving, contact_modes: &[ContactMode]) {
+    pub(super) fn stop_stuck_masses(&self, state: &mut Moving, contact_modes: &[ContactMode]) {
         if let Some(closed) = &self.closed {
             if contact_modes == [ContactMode::Stick] {
                 state.numbers[self.layout.v(0)] = closed.drive(state.numbers[0].rates.len());
@@ -543,13 +543,13 @@ mod tests {
                 }
                 .seeded(motion.all_directions());
                 let (mut stepped, mut leapt) = (motion.expansion(), motion.expansion());
-                for contact_state in [
+                for contact_mode in [
                     ContactMode::Slip(1.0),
                     ContactMode::Slip(-1.0),
                     ContactMode::Stick,
                 ] {
-                    motion.walk(&start, &[contact_state], tau, &mut stepped, &mut |_| {});
-                    assert!(motion.leap(&start, &[contact_state], tau, &mut leapt));
+                    motion.walk(&start, &[contact_mode], tau, &mut stepped, &mut |_| {});
+                    assert!(motion.leap(&start, &[contact_mode], tau, &mut leapt));
                     let pairs = [
                         (stepped.x(0), leapt.x(0)),
                         (stepped.v(0), leapt.v(0)),
@@ -566,7 +566,7 @@ mod tests {
                             // The other one takes differences of the fourth order by the frequency.
                             assert!(
                                 (one - other).abs() < 1e-8 * size.max(1.0),
-                                "{one} {other} of {contact_state:?} with the slope {slope} at {tau}"
+                                "{one} {other} of {contact_mode:?} with the slope {slope} at {tau}"
                             );
                         }
                     }
