@@ -13,7 +13,7 @@ use stickslip::variation::Layout;
 use crate::Array;
 use crate::rows::{self, Counts};
 use crate::section::{Points, section_of};
-use crate::stability::{contact_states_of, state_from};
+use crate::stability::{contact_modes_of, state_from};
 use crate::sweep::steady_of;
 use crate::system::System;
 use crate::watch::watched;
@@ -64,7 +64,7 @@ impl Orbit {
         let (system, _) = system.masses()?;
         let layout = Layout::of(system);
         let state = state_from(layout, state.as_slice()?)?;
-        let contact_modes = contact_states_of(layout, contact_modes.as_slice()?)?;
+        let contact_modes = contact_modes_of(layout, contact_modes.as_slice()?)?;
         let orbit = watched(py, None, |go_on| {
             sequence::resume(system, &state, &contact_modes, duration, 10_000_000, go_on)
         });

@@ -48,7 +48,7 @@ fn whole(value: f64) -> usize {
 }
 
 /// What contacts do by its number: 0 sticks, ± 1 slips in that direction, ± 2 holds its slip velocity of that sign.
-fn contact_states_from(modes: &[i8]) -> Vec<ContactMode> {
+fn contact_modes_from(modes: &[i8]) -> Vec<ContactMode> {
     let state = |&mode: &i8| match mode {
         0 => ContactMode::Stick,
         -1 | 1 => ContactMode::Slip(f64::from(mode)),
@@ -57,9 +57,9 @@ fn contact_states_from(modes: &[i8]) -> Vec<ContactMode> {
     modes.iter().map(state).collect()
 }
 
-fn number_of(contact_state: &ContactMode) -> i8 {
+fn number_of(contact_mode: &ContactMode) -> i8 {
     let sign = |direction: f64| if direction > 0.0 { 1 } else { -1 };
-    match *contact_state {
+    match *contact_mode {
         ContactMode::Stick => 0,
         ContactMode::Slip(direction) => sign(direction),
         ContactMode::Hold(direction) => 2 * sign(direction),
@@ -82,11 +82,11 @@ pub(crate) fn state_from(layout: Layout, row: &[f64]) -> PyResult<State> {
     })
 }
 
-pub(crate) fn contact_states_of(layout: Layout, row: &[i8]) -> PyResult<Vec<ContactMode>> {
+pub(crate) fn contact_modes_of(layout: Layout, row: &[i8]) -> PyResult<Vec<ContactMode>> {
     if row.len() != layout.contacts {
         return Err(broken("a row of contact_modes", row.len()));
     }
-    Ok(contact_states_from(row))
+    Ok(contact_modes_from(row))
 }
 
 fn row_of(state: &State) -> impl Iterator<Item = f64> {
@@ -162,7 +162,7 @@ pub(crate) fn event_sequence<'py>(
     Ok(columns(py, &event_sequence))
 }
 
-/// The event sequence from a state in a contact state.
+/// The event sequence from a state in a contact mode.
 #[pyfunction]
 pub(crate) fn event_sequence_from<'py>(
     py: Python<'py>,
@@ -175,7 +175,7 @@ pub(crate) fn event_sequence_from<'py>(
     let (masses, oscillator) = system.masses()?;
     let layout = Layout::of(masses);
     let state = state_from(layout, state.as_slice()?)?;
-    let contact_modes = contact_states_of(layout, contact_modes.as_slice()?)?;
+    let contact_modes = contact_modes_of(layout, contact_modes.as_slice()?)?;
     let event_sequence = watched(py, None, |go_on| match oscillator {
         Some(oscillator) => {
             of_oscillator::from(oscillator, &state, contact_modes[0], duration, max_events, go_on)
@@ -231,7 +231,7 @@ pub(crate) fn follow<'py>(
             let (ending, contact) = (usize::from(ending), contact as usize);
             match ENDINGS.get(ending) {
                 Some(&ending) if contact < layout.contacts => Ok(Phase {
-                    contact_modes: contact_states_from(modes),
+                    contact_modes: contact_modes_from(modes),
                     contact,
                     ending,
                     duration,
@@ -240,7 +240,7 @@ pub(crate) fn follow<'py>(
             }
         })
         .collect::<PyResult<Vec<_>>>()?;
-    let last = contact_states_of(layout, last.as_slice()?)?;
+    let last = contact_modes_of(layout, last.as_slice()?)?;
     let followed = watched(py, None, |go_on| {
         variation::follow(&varied, &start, &phases, &last, keep, tests, go_on)
     })?;

@@ -74,7 +74,7 @@ impl Law {
     }
 }
 
-/// Masses under such laws, read once.
+/// Masses under laws with an internal state, read once.
 #[pyclass(frozen, name = "StateSystem", module = "stickslip._core")]
 pub struct Masses(StateSystem);
 

@@ -3,13 +3,13 @@
 use serde::Deserialize;
 use serde_json::{Value, json};
 use stickslip::hybrid_state::Restart;
-use stickslip::integration::{CREEP, Integration};
 use stickslip::lyapunov::largest;
 use stickslip::mode::Kind;
 use stickslip::model::{self, Model};
 use stickslip::network::{self, Run, branch_of};
 use stickslip::orbit;
 use stickslip::regime::Regime;
+use stickslip::rosenbrock::{CREEP, Integration};
 use stickslip::simulate::{Run as OneRun, Stop, simulate_from};
 use stickslip::state_law::StateLaw;
 use stickslip::state_system::StateSystem;

@@ -3,9 +3,9 @@
 use serde::Deserialize;
 use serde_json::{Value, json};
 use stickslip::hybrid_state::Restart;
-use stickslip::integration::Integration;
 use stickslip::model::Start;
 use stickslip::regime::Regime;
+use stickslip::rosenbrock::Integration;
 use stickslip::rows::Rows;
 use stickslip::state_law::StateLaw;
 use stickslip::steady_motion::{Look, Steady, steady};

@@ -13,7 +13,7 @@
 //! | [`harmonic`] | a harmonic of the drive velocity or of a force |
 //! | [`normal_force`] | the normal force of a contact that varies |
 //! | [`spring`] | springs that are not linear |
-//! | [`state_system`] | the right-hand side of masses under such laws |
+//! | [`state_system`] | the right-hand side of masses under laws with an internal state |
 //!
 //! ## Friction: `law/`, `state_law/`
 //!
@@ -22,7 +22,6 @@
 //! | [`law`] | friction laws, one file a law: its `static_limit` f_s(t_s, δ), its force during slip, and units and limits of its parameters |
 //! | [`law::declaration`] | what is known of the parameters of a law: limits, dimensions, an example |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
-//! | [`replay`] | a law along a measured motion |
 //!
 //! ## Motion between events, and the next event
 //!
@@ -30,7 +29,7 @@
 //! |---|---|
 //! | [`flow`] | motion between events: closed form, Taylor series, enclosures |
 //! | [`event`] | the certified next event of one mass; the first root of a guard along a step of many |
-//! | [`integration`] | the motion under such laws, by the steps of a Rosenbrock method |
+//! | [`rosenbrock`] | the motion under laws with an internal state, by the steps of a Rosenbrock method |
 //!
 //! ## Runs: `simulate/`, `network/`, `engine/`
 //!
@@ -67,11 +66,17 @@
 //! | [`sweep`] | steady motions over parameters and starts |
 //! | [`lanes`] | many oscillators at once, one in each lane of the registers of a processor |
 //!
-//! ## Derivatives and measured motions
+//! ## Derivatives: `variation/`
 //!
 //! | module | one sentence |
 //! |---|---|
 //! | [`variation`] | derivatives of a motion through its events (saltation matrices); test functions of sliding bifurcations |
+//!
+//! ## Along a measured motion
+//!
+//! | module | one sentence |
+//! |---|---|
+//! | [`replay`] | the friction that a law predicts along a measured motion |
 //! | [`displacement_error`] | the motion nearest to a measured one that obeys a law |
 //!
 //! ## Numbers: `arithmetic/`
@@ -99,7 +104,6 @@ pub mod ensemble;
 pub mod error;
 pub mod event;
 pub mod flow;
-pub mod integration;
 #[expect(
     clippy::inline_always,
     reason = "what is not inlined is not compiled for the width"
@@ -112,6 +116,7 @@ pub mod network;
 pub mod observer;
 pub mod orbit;
 pub mod replay;
+pub mod rosenbrock;
 pub mod simulate;
 pub mod state_law;
 pub mod variation;

@@ -2,7 +2,7 @@
 //!
 //! A law here says how much force slip at velocity w and state z produces, and how fast z changes. The state is one number, of
 //! some laws two.
-//! The motion is integrated ([`crate::integration`], or outside the core), as an orbit of these laws is no closed form.
+//! The motion is integrated ([`crate::rosenbrock`], or by scipy's solvers in Python), as an orbit of these laws is no closed form.
 
 mod bouc_wen;
 mod dahl;

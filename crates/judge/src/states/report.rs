@@ -1,7 +1,7 @@
 //! What an engine says of a run under laws with an internal state.
 
 use serde_json::Value;
-use stickslip::integration::Integration;
+use stickslip::rosenbrock::Integration;
 use stickslip::simulate::Stop;
 use stickslip::state_law::StateLaw;
 use stickslip::state_system::StateSystem;

@@ -1,6 +1,10 @@
-//! The motion of masses under laws with an internal state, step by step.
+//! The motion of masses under laws with an internal state, step by step, by a Rosenbrock method.
 //!
-//! RODAS4, a Rosenbrock method of order 4 with one of order 3 for its error, stiffly accurate and L-stable: E. Hairer &
+//! The page in the browser (`crates/stickslip-wasm`) runs these laws with it, and the judge (`crates/judge`) judges
+//! its steps. Python does not use it: `python/stickslip/simulation/` integrates them with scipy's solvers on the right-hand side
+//! of [`crate::state_system`].
+//!
+//! The method is RODAS4, a Rosenbrock method of order 4 with one of order 3 for its error, stiffly accurate and L-stable: E. Hairer &
 //! G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.7. Between two steps each
 //! variable is the cubic of the method's own dense output (the same, section VI.4 and the program RODAS): a cubic through the
 //! slopes at both ends would multiply their errors by the stiffness.
