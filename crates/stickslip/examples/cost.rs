@@ -11,7 +11,7 @@ use stickslip::batch::Batch;
 use stickslip::engine::{Closed, Engine, Steps};
 use stickslip::event_sequence;
 use stickslip::harmonic::Harmonic;
-use stickslip::lanes::{Runner, Width, forward};
+use stickslip::lanes::{LaneMotion, Width, forward};
 use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, Rational, StaticKinetic};
 use stickslip::mode::Kind;
 use stickslip::model::Start;
@@ -279,11 +279,11 @@ fn sweep(name: &str, law: &Law, rounds: u32) {
     println!("{name:18}{time:10.1}{events:10}");
     for width in Width::ALL.into_iter().filter(|width| width.available()) {
         let (time, events, handed) = best(rounds, || {
-            let mut runners: Vec<Runner> = runs
+            let mut motions: Vec<LaneMotion> = runs
                 .iter()
-                .map(|(one, run)| Runner::new(one, *run, None))
+                .map(|(one, run)| LaneMotion::new(one, *run, None))
                 .collect();
-            let tally = forward(&mut runners, width, &mut || true, None);
+            let tally = forward(&mut motions, width, &mut || true, None);
             (tally.events, tally.handed)
         });
         println!(

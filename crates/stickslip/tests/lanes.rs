@@ -3,7 +3,7 @@
 use serde_json::json;
 use stickslip::batch::Batch;
 use stickslip::harmonic::Harmonic;
-use stickslip::lanes::{OnEvent, Runner, Width, fits, forward};
+use stickslip::lanes::{LaneMotion, OnEvent, Width, forward, goes_in_lanes};
 use stickslip::law::{
     BogaczRyczek, Coulomb, DwellTime, Law, LogarithmicDwell, PiecewiseLinear, StaticKinetic,
 };
@@ -110,23 +110,23 @@ fn draw_growing_otherwise(dice: &mut Dice) -> (Oscillator, Run) {
     (Oscillator { law, ..oscillator }, run)
 }
 
-fn all_forward(runs: &[(Oscillator, Run)], width: Width) -> (Vec<Runner<'_>>, Vec<Vec<Event>>, u64) {
-    let mut runners: Vec<Runner> = runs
+fn all_forward(runs: &[(Oscillator, Run)], width: Width) -> (Vec<LaneMotion<'_>>, Vec<Vec<Event>>, u64) {
+    let mut motions: Vec<LaneMotion> = runs
         .iter()
-        .map(|(one, run)| Runner::new(one, *run, None))
+        .map(|(one, run)| LaneMotion::new(one, *run, None))
         .collect();
     let mut events = vec![Vec::new(); runs.len()];
     let on_event: OnEvent = &mut |index, event, _| events[index].push(*event);
-    let tally = forward(&mut runners, width, &mut || true, Some(on_event));
+    let tally = forward(&mut motions, width, &mut || true, Some(on_event));
     assert_eq!((tally.lanes, tally.others), (runs.len() as u64, 0));
     assert_eq!(
         tally.events,
         events.iter().map(|each| each.len() as u64).sum::<u64>()
     );
-    for (runner, events) in runners.iter().zip(&events) {
-        assert_eq!(runner.events, events.len() as u64);
+    for (motion, events) in motions.iter().zip(&events) {
+        assert_eq!(motion.events, events.len() as u64);
     }
-    (runners, events, tally.handed)
+    (motions, events, tally.handed)
 }
 
 /// Keeps the events.
@@ -181,14 +181,14 @@ fn halved(oscillator: &Oscillator) -> Oscillator {
 fn compare(count: usize, seed: u64, draw: fn(&mut Dice) -> (Oscillator, Run)) -> [u64; 4] {
     let mut dice = Dice(seed);
     let runs: Vec<(Oscillator, Run)> = (0..count).map(|_| draw(&mut dice)).collect();
-    assert!(runs.iter().all(|(oscillator, _)| fits(oscillator)));
+    assert!(runs.iter().all(|(oscillator, _)| goes_in_lanes(oscillator)));
     let (lanes, mut events, handed) = all_forward(&runs, Width::One);
     for width in Width::ALL.into_iter().filter(|width| width.available()) {
         let (others, theirs, _) = all_forward(&runs, width);
         for (one, other) in lanes.iter().zip(&others) {
-            let bits = |runner: &Runner| {
-                let clock = runner.hybrid.clock;
-                [runner.x, runner.v, clock.high, clock.low].map(f64::to_bits)
+            let bits = |motion: &LaneMotion| {
+                let clock = motion.hybrid.clock;
+                [motion.x, motion.v, clock.high, clock.low].map(f64::to_bits)
             };
             assert_eq!(
                 (bits(one), one.hybrid, one.events),
@@ -201,18 +201,18 @@ fn compare(count: usize, seed: u64, draw: fn(&mut Dice) -> (Oscillator, Run)) ->
         }
     }
     let (mut total, mut ill) = (0, 0);
-    for ((runner, lane), (oscillator, run)) in lanes.iter().zip(&mut events).zip(&runs) {
+    for ((motion, lane), (oscillator, run)) in lanes.iter().zip(&mut events).zip(&runs) {
         if !oscillator.forcing.is_empty() {
             let alone = simulate(oscillator, *run).unwrap().events;
             assert_eq!(apart(lane, &alone[..lane.len()]), 0.0);
         }
         // A slip that lasts for very long is left before its end: the other engine goes on from there.
         let restart = Run {
-            x0: runner.x,
-            v0: Some(runner.v),
+            x0: motion.x,
+            v0: Some(motion.v),
             ..*run
         };
-        resume(oscillator, restart, runner.hybrid, &mut Events(lane)).unwrap();
+        resume(oscillator, restart, motion.hybrid, &mut Events(lane)).unwrap();
         let lane = &lane[..];
         let single = simulate(&halved(oscillator), *run).unwrap().events;
         total += single.len();
@@ -354,13 +354,13 @@ fn others_stay() {
     let mut dice = Dice(7);
     let (mut oscillator, run) = draw(&mut dice);
     oscillator.damping = 100.0;
-    assert!(!fits(&oscillator));
-    let mut runners = [Runner::new(&oscillator, run, None)];
-    let tally = forward(&mut runners, Width::widest(), &mut || true, None);
-    assert_eq!((tally.lanes, tally.others, runners[0].events), (0, 1, 0));
+    assert!(!goes_in_lanes(&oscillator));
+    let mut motions = [LaneMotion::new(&oscillator, run, None)];
+    let tally = forward(&mut motions, Width::widest(), &mut || true, None);
+    assert_eq!((tally.lanes, tally.others, motions[0].events), (0, 1, 0));
 }
 
-/// Slip along a line that is too steep for a lane is gone by the engine of single motions, the rest in a lane; a law that remembers
+/// Slip along a line that is too steep for a lane is handled by the engine of single motions, the rest in a lane; a law that remembers
 /// goes in none.
 #[test]
 fn steep_lines_are_left_and_memory_stays() {
@@ -382,7 +382,7 @@ fn steep_lines_are_left_and_memory_stays() {
         law: BogaczRyczek::default().into(),
         ..oscillator
     };
-    assert!(!fits(&remembers));
+    assert!(!goes_in_lanes(&remembers));
 }
 
 /// Among these a mode is handed over shortly before the end of a run: both count the time that is left from the same clock.

@@ -6,7 +6,7 @@ use crate::clock::Clock;
 use crate::error::Error;
 use crate::flow::exact::{Frame, Response, Slip};
 use crate::hybrid_state::{HybridState, Restart};
-use crate::lanes::Runner;
+use crate::lanes::LaneMotion;
 use crate::observer::{Course, Observer};
 use crate::orbit::{Event, Orbit, Record, Segment};
 use crate::oscillator::{Oscillator, with_harmonics};
@@ -48,23 +48,23 @@ impl<'a> Closed<'a> {
     }
 
     /// The motion as one that may go in a lane, to its last mode before `t_end`.
-    pub(crate) fn runner(&self, t_end: f64) -> Runner<'a> {
+    pub(crate) fn lane_motion(&self, t_end: f64) -> LaneMotion<'a> {
         let max_events = self.run.max_events - self.ahead;
         let run = Run {
             t_end,
             max_events,
             ..self.run
         };
-        Runner::new(self.oscillator, run, self.hybrid)
+        LaneMotion::new(self.oscillator, run, self.hybrid)
     }
 
     /// Take over from where it went there; the next call shows what `passed` and goes on from there.
-    pub(crate) fn take(&mut self, runner: &Runner, passed: Vec<(Segment, Event)>) {
+    pub(crate) fn take(&mut self, motion: &LaneMotion, passed: Vec<(Segment, Event)>) {
         self.passed = passed;
-        if runner.events > 0 {
-            (self.run.x0, self.run.v0, self.hybrid) = (runner.x, Some(runner.v), Some(runner.hybrid));
-            self.events += runner.events;
-            self.ahead += runner.events;
+        if motion.events > 0 {
+            (self.run.x0, self.run.v0, self.hybrid) = (motion.x, Some(motion.v), Some(motion.hybrid));
+            self.events += motion.events;
+            self.ahead += motion.events;
         }
     }
 

@@ -8,8 +8,8 @@
 
 use stickslip_lanes::{Lane, Mask};
 
-use super::column::{Column, End, HALVINGS, Line, State, Step};
 use super::elementary::{exp, reversed, sin_cos};
+use super::lane_oscillator::{Constants, End, HALVINGS, Line, State, Step};
 
 /// So many cells; a slip that lasts longer, by the longest of them, is likely to last for ever. Rounding grows with every cell.
 const CELLS: u32 = 256;
@@ -32,7 +32,7 @@ pub(super) struct Arrival<L: Lane> {
 
 /// A time within a period and a step from there: the periods that pass, and the time in the last.
 #[inline(always)]
-pub(super) fn wrapped<L: Lane>(c: &Column<L>, t: L, step: L) -> (L, L) {
+pub(super) fn wrapped<L: Lane>(c: &Constants<L>, t: L, step: L) -> (L, L) {
     let n = L::splat;
     let mut periods = ((t + step) * (c.frequency * n(0.5 / crate::elementary::PI.0))).floor();
     let below = rest(c, t, step, periods).below(n(0.0));
@@ -43,13 +43,13 @@ pub(super) fn wrapped<L: Lane>(c: &Column<L>, t: L, step: L) -> (L, L) {
 }
 
 #[inline(always)]
-fn rest<L: Lane>(c: &Column<L>, t: L, step: L, periods: L) -> L {
+fn rest<L: Lane>(c: &Constants<L>, t: L, step: L, periods: L) -> L {
     ((t - periods * c.period) + step) - periods * c.period_low
 }
 
 /// The curvature of the slip speed from its free part, the rate of that, and the wave.
 #[inline(always)]
-fn curvature_of<L: Lane>(c: &Column<L>, line: &Line<L>, value: L, rate: L, wave: L) -> L {
+fn curvature_of<L: Lane>(c: &Constants<L>, line: &Line<L>, value: L, rate: L, wave: L) -> L {
     -(line.twice_gamma * rate) - c.natural_squared * value - c.frequency_squared * wave
 }
 
@@ -159,7 +159,7 @@ pub(super) fn root_of_quintic<L: Lane>(left: [L; 3], right: [L; 3], d: L) -> L {
 
 #[inline(always)]
 pub(super) fn arrival<L: Lane>(
-    c: &Column<L>,
+    c: &Constants<L>,
     line: &Line<L>,
     steps: &[Step<L>; HALVINGS + 1],
     state: &State<L>,

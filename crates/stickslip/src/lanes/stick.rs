@@ -9,8 +9,8 @@
 
 use stickslip_lanes::{Lane, Mask};
 
-use super::column::{Column, End, State};
 use super::elementary::{exp, reversed, sin_cos};
+use super::lane_oscillator::{Constants, End, State};
 use super::slip::wrapped;
 use crate::elementary::PI;
 
@@ -51,7 +51,7 @@ impl<L: Lane> Release<L> {
 }
 
 #[inline(always)]
-pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) -> Release<L> {
+pub(super) fn release<L: Lane>(c: &Constants<L>, state: &State<L>, stuck: L::Mask) -> Release<L> {
     let grows = stuck & L::splat(0.0).below(c.growth);
     let mut release = Release::unknown();
     let (mut limit, mut evaluations) = (c.static_limit, 0);
@@ -77,14 +77,14 @@ pub(super) fn release<L: Lane>(c: &Column<L>, state: &State<L>, stuck: L::Mask) 
 
 /// The limit after a rest, and its growth.
 #[inline(always)]
-fn grown<L: Lane>(c: &Column<L>, rest: L) -> [L; 2] {
+fn grown<L: Lane>(c: &Constants<L>, rest: L) -> [L; 2] {
     let missing = c.growth * exp(-(c.growth_rate * rest).min(L::splat(700.0)));
     [c.static_limit + (c.growth - missing), c.growth_rate * missing]
 }
 
 /// From where the force reaches a limit of earlier to where it meets that of its time, in the lanes of the answer.
 #[inline(always)]
-fn meeting<L: Lane>(c: &Column<L>, release: &mut Release<L>, open: L::Mask) -> L::Mask {
+fn meeting<L: Lane>(c: &Constants<L>, release: &mut Release<L>, open: L::Mask) -> L::Mask {
     let n = L::splat;
     let (sense, level, rest) = (release.direction, release.limit, release.end.lasted);
     let (cos, sin) = (release.end.cos, release.end.sin);
@@ -122,13 +122,13 @@ fn meeting<L: Lane>(c: &Column<L>, release: &mut Release<L>, open: L::Mask) -> L
 
 /// Where adhesion needs a force, by the cosine of the forcing.
 #[inline(always)]
-fn position<L: Lane>(c: &Column<L>, holding: L, cos: L) -> L {
+fn position<L: Lane>(c: &Constants<L>, holding: L, cos: L) -> L {
     (holding - c.damper * c.drive + c.force * cos) * c.per_stiffness
 }
 
 /// Where the force reaches a limit that stays the same.
 #[inline(always)]
-fn reaching<L: Lane>(c: &Column<L>, state: &State<L>, limit: L, stuck: L::Mask) -> Release<L> {
+fn reaching<L: Lane>(c: &Constants<L>, state: &State<L>, limit: L, stuck: L::Mask) -> Release<L> {
     let n = L::splat;
     let (zero, one) = (n(0.0), n(1.0));
     let (half_turn, turn) = (n(PI.0), n(2.0 * PI.0));

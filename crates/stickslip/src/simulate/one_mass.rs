@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::event::{Arrival, SlipPhase, Start, Work, end_of_hold, end_of_slip, end_of_stick};
 use crate::flow::exact::{Frame, Response, Slip, Stick};
 use crate::hybrid_state::HybridState;
-use crate::lanes::Alone;
+use crate::lanes::SingleLane;
 use crate::law::{End, Friction, Law, Memory, Piece, Rest};
 use crate::mode::{self, Kind, Mode};
 use crate::orbit::{Event, Record, Segment};
@@ -30,7 +30,7 @@ const KEPT: usize = 4;
 pub(super) struct Loop<'a, const H: usize> {
     law: &'a Law,
     /// The motion in a lane, where that is faster.
-    alone: Option<Box<Alone>>,
+    single_lane: Option<Box<SingleLane>>,
     /// The static limit backward and forward, if that never changes.
     static_limit: Option<[f64; 2]>,
     frame: Frame<H>,
@@ -53,7 +53,7 @@ impl<'a, const H: usize> Loop<'a, H> {
         let rest = Rest::new(0.0, (frame.stiffness * frame.drive_velocity).abs());
         Self {
             law,
-            alone: None,
+            single_lane: None,
             static_limit: steady
                 .then(|| [-1.0, 1.0].map(|direction| law.toward(direction).static_limit(rest))),
             responses: [frame.response(f64::NAN); KEPT],
@@ -71,23 +71,23 @@ impl<'a, const H: usize> Loop<'a, H> {
     /// The same in a lane, as far as it goes in one.
     pub(super) fn in_a_lane(mut self, oscillator: &Oscillator) -> Self {
         if H == 1 {
-            self.alone = Alone::of(oscillator);
+            self.single_lane = SingleLane::of(oscillator);
         }
         self
     }
 
     /// Go to the end of the mode in a lane, if it goes in one.
     #[inline]
-    fn alone(&mut self, mode: &mut Mode, horizon: f64, record: &mut impl Record) -> bool {
+    fn single_lane(&mut self, mode: &mut Mode, horizon: f64, record: &mut impl Record) -> bool {
         // Before the mode is copied, which is large.
-        if H != 1 || self.alone.is_none() {
+        if H != 1 || self.single_lane.is_none() {
             return false;
         }
         let mut at = (self.x, self.v, self.hybrid(*mode));
-        let Some(alone) = &mut self.alone else {
+        let Some(lane) = &mut self.single_lane else {
             return false;
         };
-        let event = alone.event(&mut at, horizon, &mut self.work.evaluations);
+        let event = lane.event(&mut at, horizon, &mut self.work.evaluations);
         (self.x, self.v, self.clock, *mode) = (at.0, at.1, at.2.clock, at.2.mode);
         match event {
             Some(event) => record.event(event),
@@ -143,7 +143,7 @@ impl<'a, const H: usize> Loop<'a, H> {
                 }
             }
             let mut horizon = self.clock.until(run.t_end);
-            let passed = if self.alone(&mut mode, horizon, record) {
+            let passed = if self.single_lane(&mut mode, horizon, record) {
                 Passed::Event
             } else {
                 // A lane that handed the mode over may have rounded the clock.

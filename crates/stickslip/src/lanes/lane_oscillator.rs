@@ -5,12 +5,13 @@ use std::f64::consts::TAU;
 use stickslip_lanes::{Lane, Mask};
 
 use super::elementary::add;
+use super::eligible::{Eligible, line_goes};
 use crate::clock::Clock;
 use crate::elementary::{PI, exp, sin_cos, whole_turns_less};
 use crate::event::Start;
 use crate::harmonic::Harmonic;
 use crate::hybrid_state::HybridState;
-use crate::law::{End as Ending, Friction, Law, Memory, Piece, Rest};
+use crate::law::{Memory, Piece};
 use crate::mode::{Kind, Mode};
 use crate::orbit::{Event, Segment};
 use crate::oscillator::Oscillator;
@@ -53,7 +54,7 @@ macro_rules! lanes {
 
 lanes! {
     /// What stays the same along a motion.
-    Column {
+    Constants {
         /// s, k, D, 1/k and k/m.
         drive, stiffness, damper, per_stiffness, natural_squared,
         /// The static limit at the begin of adhesion f₀, and the friction slip starts with.
@@ -127,17 +128,7 @@ lanes! {
 /// How often a distance between samples is halved before a lane is given to the search that has no such limit.
 pub(super) const HALVINGS: usize = 5;
 /// The distance between samples, in units of the time in which the motion changes.
-const REACH: f64 = 1.5;
-/// Numbers beyond these, or below one over them, are left to the other engine: sixth powers must not leave the numbers.
-const MODERATE: f64 = 1e20;
-
-/// An exponent of the free part beyond this many natural ones, or two that are nearer to each other than this part of one, are
-/// left to the other engine too, and so are laws of more lines than this.
-const STEEPEST: f64 = 8.0;
-const NEAREST: f64 = 0.1;
-/// So are laws with a line shorter than this part of the velocities at its ends.
-const SHORTEST: f64 = 1e-12;
-const LINES: usize = 64;
+const SAMPLE_REACH: f64 = 1.5;
 
 /// A line of friction: what the lanes need of it, and steps from the longest to the shortest.
 #[derive(Clone, Copy, Debug)]
@@ -147,10 +138,10 @@ pub(super) struct Track {
     piece: Piece,
 }
 
-/// Constants of a column, and the lines of its law.
+/// An oscillator as the lanes need it: what stays the same along a motion, and the lines of its law.
 #[derive(Clone, Debug)]
-pub(super) struct Constants {
-    pub(super) column: Column<f64>,
+pub(super) struct LaneOscillator {
+    pub(super) constants: Constants<f64>,
     pub(super) tracks: Vec<Track>,
 }
 
@@ -186,9 +177,9 @@ impl<L: Lane> End<L> {
 }
 
 impl<L: Lane> State<L> {
-    /// The time, high and low part: [`Constants::clock`], operation for operation.
+    /// The time, high and low part: [`LaneOscillator::clock`], operation for operation.
     #[inline(always)]
-    pub(super) fn clock(&self, c: &Column<L>) -> (L, L) {
+    pub(super) fn clock(&self, c: &Constants<L>) -> (L, L) {
         let zero = L::splat(0.0);
         let whole = (self.periods * c.period, zero);
         add(
@@ -209,83 +200,22 @@ impl<L: Lane> State<L> {
     }
 }
 
-/// The pieces of a law whose friction in slip is one chain of lines, from slip speed 0 on, that remembers nothing.
-fn lines_of(law: &Law, static_limit: f64) -> Option<Vec<Piece>> {
-    let mut memory = Memory::default();
-    let mut piece = law.begin(0.0, f64::INFINITY, &mut memory);
-    let mut pieces = Vec::new();
-    // Whatever the force at which adhesion broke.
-    let mut good = piece.low == 0.0
-        && [static_limit, f64::INFINITY]
-            .into_iter()
-            .all(|force| law.leave(force, &mut memory) == piece);
-    while good && piece.high.is_finite() && pieces.len() < LINES {
-        let next = law.next(&piece, Ending::High, piece.high, &mut memory);
-        let jump = (next.force(next.low) - piece.force(piece.high)).abs();
-        good = !piece.reverses
-            && next.low == piece.high
-            && jump <= 1e-12 * piece.force(piece.high).abs()
-            && law.next(&next, Ending::Low, next.low, &mut memory) == piece;
-        pieces.push(std::mem::replace(&mut piece, next));
-    }
-    good &= piece.high.is_infinite() && !piece.reverses && memory == Memory::default();
-    pieces.push(piece);
-    good.then_some(pieces)
-}
-
-impl Constants {
-    /// Of an oscillator of the kind that goes in lanes: friction alike in both directions, adhesion whose limit at its begin is
-    /// always the same, friction in slip of lines one of which at least the lanes can go, at most one harmonic, a drive that
-    /// moves forward.
+impl LaneOscillator {
+    /// Of an oscillator that goes in lanes ([`Eligible`]).
     pub(super) fn of(oscillator: &Oscillator) -> Option<Self> {
-        let law = &oscillator.law;
-        let forced = match oscillator.forcing[..] {
-            [] => None,
-            [harmonic] => Some(harmonic),
-            _ => return None,
-        };
-        let constant = !(law.feels_force_rate() && forced.is_some());
-        let alike = std::ptr::eq(law, law.toward(-1.0));
-        if !alike || law.smooth() || !constant || law.branches(0.0).is_some() {
-            return None;
-        }
+        let Eligible {
+            harmonic,
+            pieces,
+            static_limit,
+            growth: [growth, growth_rate],
+        } = Eligible::of(oscillator)?;
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
-        let static_limit = law.static_limit(Rest::new(0.0, k * s));
-        let pieces = lines_of(law, static_limit).filter(|_| s > 0.0)?;
-        let offset = pieces[0].offset;
-        let [growth, growth_rate] = match law.exponential_growth() {
-            _ if law.growth_bound(0.0) == 0.0 => [0.0, 1.0],
-            Some(growth) => growth,
-            // Without a force, lanes gain less in slip than it costs to hand every stick over.
-            None if forced.is_none() => return None,
-            None => [f64::INFINITY, 1.0],
-        };
-        let natural_squared = k / m;
-        let natural = natural_squared.sqrt();
-        // Without a force, one of no size at any frequency.
+        let (natural_squared, offset) = (k / m, pieces[0].offset);
         let Harmonic {
             amplitude,
             frequency,
-            mut phase,
-        } = forced.unwrap_or(Harmonic::new(0.0, natural, 0.0));
-        if amplitude < 0.0 {
-            phase += std::f64::consts::PI;
-        }
-        let amplitude = amplitude.abs();
-        let moderate = |x: f64| (1.0 / MODERATE..MODERATE).contains(&x.abs());
-        let usual = [m, k, s, natural, frequency].into_iter().all(moderate)
-            && (1e-6..1e6).contains(&(frequency / natural))
-            && [amplitude, static_limit]
-                .into_iter()
-                .chain(pieces.iter().map(|piece| piece.offset))
-                .all(|x| x == 0.0 || moderate(x))
-            // A line must be longer than the rounding of a velocity: else its ends are one.
-            && pieces
-                .iter()
-                .all(|piece| piece.high - piece.low > SHORTEST * s.max(piece.low));
-        if !usual {
-            return None;
-        }
+            phase,
+        } = harmonic;
         let whole = TAU / frequency;
         let period = f64::from_bits(whole.to_bits() & !((1 << 22) - 1));
         // 2π = TAU + 2.4e-16, and what the quotient leaves of it.
@@ -299,7 +229,7 @@ impl Constants {
         // Less than none would round the time of the start.
         let turned = whole_turns_less(phase, 0.0);
         let ahead = if turned < 0.0 { turned + 2.0 * PI.0 } else { turned };
-        let column = Column {
+        let constants = Constants {
             drive: s,
             stiffness: k,
             damper: oscillator.damping,
@@ -328,12 +258,10 @@ impl Constants {
         let tracks: Vec<Track> = pieces
             .iter()
             .enumerate()
-            .map(|(index, piece)| Track::of(&column, m, piece, index))
+            .map(|(index, piece)| Track::of(&constants, m, piece, index))
             .collect();
-        if tracks.iter().all(|track| track.line.left == 1.0) {
-            return None;
-        }
-        Some(Self { column, tracks })
+        let one_goes = tracks.iter().any(|track| track.line.left == 0.0);
+        one_goes.then_some(Self { constants, tracks })
     }
 
     /// The line of a state.
@@ -361,7 +289,7 @@ impl Constants {
     ) -> State<f64> {
         let (periods, t) = self.local(hybrid.clock);
         let (end_periods, end_t) = self.local(Clock::at(t_end));
-        let (sin, cos) = sin_cos(self.column.frequency * t);
+        let (sin, cos) = sin_cos(self.constants.frequency * t);
         let (stuck, direction, at_reversal, line) = match hybrid.mode {
             Mode::Slip {
                 direction,
@@ -400,7 +328,7 @@ impl Constants {
             Mode::Stick
         } else {
             let (direction, piece) = (state.direction, self.track(state.line).piece);
-            let at = |speed: f64| state.v == self.column.drive - direction * speed;
+            let at = |speed: f64| state.v == self.constants.drive - direction * speed;
             let start = if state.at_reversal == 1.0 {
                 Start::Reversal
             } else if at(piece.low) {
@@ -431,7 +359,7 @@ impl Constants {
         let [force, stick_time, force_rate] = event;
         let kind = if !stick_time.is_nan() {
             Kind::Release
-        } else if state.v != self.column.drive {
+        } else if state.v != self.constants.drive {
             Kind::Node
         } else if state.stuck == 1.0 {
             Kind::Capture
@@ -477,12 +405,12 @@ impl Constants {
 
     /// The time so many periods and a time after the phase of the force was zero.
     fn clock(&self, periods: f64, t: f64) -> Clock {
-        let Column {
+        let Constants {
             period,
             period_low,
             shift,
             ..
-        } = self.column;
+        } = self.constants;
         Clock::at(periods * period)
             .after(t)
             .after(periods * period_low - shift)
@@ -490,12 +418,12 @@ impl Constants {
 
     /// Whole periods of the force since its phase was zero, and the time since then.
     fn local(&self, clock: Clock) -> (f64, f64) {
-        let Column {
+        let Constants {
             period,
             period_low,
             shift,
             ..
-        } = self.column;
+        } = self.constants;
         let after =
             |periods: f64| ((clock.high - periods * period) + (clock.low + shift)) - periods * period_low;
         let mut periods = ((clock.high + shift) / (period + period_low)).floor();
@@ -511,17 +439,17 @@ fn sixth(x: f64) -> f64 {
 }
 
 impl Track {
-    fn of(column: &Column<f64>, m: f64, piece: &Piece, index: usize) -> Self {
-        let Column {
+    fn of(constants: &Constants<f64>, m: f64, piece: &Piece, index: usize) -> Self {
+        let Constants {
             drive,
             stiffness: k,
             natural_squared,
             force: amplitude,
             frequency,
             ..
-        } = *column;
+        } = *constants;
         let natural = natural_squared.sqrt();
-        let damping = column.damper + piece.slope;
+        let damping = constants.damper + piece.slope;
         let gamma = 0.5 * damping / m;
         let kappa = gamma * gamma - natural_squared;
         let omega = kappa.abs().sqrt();
@@ -536,7 +464,7 @@ impl Track {
             let exponent = gamma.abs() + omega;
             (gamma - omega, gamma + omega, exponent, sixth(exponent))
         };
-        let goes = omega > NEAREST * natural && exponent < STEEPEST * natural;
+        let goes = line_goes(omega, exponent, natural);
         let (real, imaginary) = (k - m * frequency * frequency, damping * frequency);
         let size = real * real + imaginary * imaginary;
         // Without damping, the frequency that stands for none is that of a resonance.
@@ -568,9 +496,9 @@ impl Track {
             swing,
             sixth: 1.000_001 * swing * sixth(frequency),
         };
-        let mut h = REACH / exponent.max(frequency);
+        let mut h = SAMPLE_REACH / exponent.max(frequency);
         let steps = std::array::from_fn(|_| {
-            let step = Step::over(column, &line, h);
+            let step = Step::over(constants, &line, h);
             h *= 0.5;
             step
         });
@@ -583,7 +511,7 @@ impl Track {
 }
 
 impl Step<f64> {
-    fn over(column: &Column<f64>, line: &Line<f64>, h: f64) -> Self {
+    fn over(constants: &Constants<f64>, line: &Line<f64>, h: f64) -> Self {
         let decay = exp(-line.slow * h);
         let (c, s) = if line.fast == 0.0 {
             let (sin, cos) = sin_cos(line.omega * h);
@@ -592,17 +520,17 @@ impl Step<f64> {
             let fast = exp(-line.fast * h);
             (0.5 * (decay + fast), 0.5 * (decay - fast) * line.per_omega)
         };
-        let (wave_sin, wave_cos) = sin_cos(column.frequency * h);
+        let (wave_sin, wave_cos) = sin_cos(constants.frequency * h);
         let faster = -line.slow.min(line.fast);
         let growth = if faster > 0.0 { exp(faster * h) } else { 1.0 };
         Self {
             f11: c + line.gamma * s,
             f12: s,
-            f21: -column.natural_squared * s,
+            f21: -constants.natural_squared * s,
             f22: c - line.gamma * s,
             cos: wave_cos,
-            sin_over: wave_sin * column.per_frequency,
-            sin_times: wave_sin * column.frequency,
+            sin_over: wave_sin * constants.per_frequency,
+            sin_times: wave_sin * constants.frequency,
             h,
             slack: growth * (sixth(h) / 14_400.0),
             growth,

@@ -1,0 +1,238 @@
+//! The loop over many motions: it fills the lanes, takes them from mode to mode, and hands modes over to the engine of single
+//! motions.
+
+use stickslip_lanes::{Lane, Mask, Task};
+
+use super::lane_oscillator::{Constants, LaneOscillator, State};
+use super::mode_end::{CurrentLine, Outcome, arrive, break_away};
+use super::{LaneMotion, OnEvent, Tally};
+use crate::clock::Clock;
+use crate::orbit::{Event, Record, Segment};
+use crate::simulate::next_event;
+
+/// Motions that wait for a lane.
+pub(super) struct Scheduler<'a, 'b, 'c> {
+    pub(super) motions: &'a mut [LaneMotion<'b>],
+    pub(super) go_on: &'a mut dyn FnMut() -> bool,
+    pub(super) on_event: Option<OnEvent<'c>>,
+    pub(super) next: usize,
+    pub(super) tally: Tally,
+}
+
+/// Keeps the event that one motion comes to.
+struct EventKeeper<'a> {
+    event: Option<Event>,
+    go_on: &'a mut dyn FnMut() -> bool,
+}
+
+impl Record for EventKeeper<'_> {
+    fn segment(&mut self, _: Segment) {}
+
+    fn event(&mut self, event: Event) {
+        self.event = Some(event);
+    }
+
+    fn go_on(&mut self) -> bool {
+        (self.go_on)()
+    }
+}
+
+impl Scheduler<'_, '_, '_> {
+    /// The next motion that goes in lanes.
+    fn enter(&mut self) -> Option<(usize, LaneOscillator, State<f64>)> {
+        while let Some(motion) = self.motions.get(self.next) {
+            self.next += 1;
+            if let Some(oscillator) = LaneOscillator::of(motion.oscillator)
+                && motion.x.is_finite()
+                && motion.v.is_finite()
+            {
+                self.tally.lanes += 1;
+                let state = oscillator.state(
+                    (motion.x, motion.v),
+                    &motion.hybrid,
+                    motion.t_end,
+                    motion.max_events,
+                );
+                return Some((self.next - 1, oscillator, state));
+            }
+            self.tally.others += 1;
+        }
+        None
+    }
+
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a count of events, far below 2^53"
+    )]
+    fn leave(&mut self, index: usize, oscillator: &LaneOscillator, state: &State<f64>) {
+        let motion = &mut self.motions[index];
+        if state.events > 0.0 {
+            (motion.x, motion.v, motion.hybrid) = oscillator.hybrid(state);
+            motion.events += state.events as u64;
+            self.tally.events += state.events as u64;
+        }
+    }
+
+    /// The state after the mode that begins at this one, as the engine of single motions finds it.
+    #[cold]
+    #[inline(never)]
+    fn by_single_engine(
+        &mut self,
+        index: usize,
+        oscillator: &LaneOscillator,
+        state: &State<f64>,
+    ) -> Option<State<f64>> {
+        let motion = &self.motions[index];
+        let (x, v, hybrid) = oscillator.hybrid(state);
+        let mut keeper = EventKeeper {
+            event: None,
+            go_on: self.go_on,
+        };
+        let (x, v, hybrid) = next_event(motion.oscillator, (x, v), hybrid, motion.t_end, &mut keeper)?;
+        self.tally.handed += 1;
+        if let (Some(on_event), Some(event)) = (&mut self.on_event, keeper.event) {
+            on_event(index, &event, &Segment::new(hybrid.clock, x, v, &hybrid.mode));
+        }
+        let after = oscillator.state((x, v), &hybrid, motion.t_end, motion.max_events);
+        Some(State {
+            events: state.events + 1.0,
+            ..after
+        })
+    }
+}
+
+/// What is in a lane: the number of the motion, and its oscillator.
+type Occupant = Option<(usize, LaneOscillator)>;
+
+impl Task for Scheduler<'_, '_, '_> {
+    type Output = Tally;
+
+    #[inline(always)]
+    fn run<L: Lane>(mut self) -> Tally {
+        let (zero, one) = (L::splat(0.0), L::splat(1.0));
+        let Some((index, oscillator, first)) = self.enter() else {
+            return self.tally;
+        };
+        // Lanes that wait hold something sensible.
+        let mut c = Constants::<L>::splat(&oscillator.constants);
+        let mut current = CurrentLine::<L>::splat(oscillator.track(first.line));
+        let mut state = State::<L>::splat(&first);
+        let mut occupants: Vec<Occupant> = vec![None; L::WIDTH];
+        occupants[0] = Some((index, oscillator));
+        let mut alive = L::Mask::none();
+        alive.put(0, true);
+        let mut done = !alive;
+        let mut rounds = 0_u32;
+        loop {
+            rounds += 1;
+            if rounds.is_multiple_of(256) && !(self.go_on)() {
+                done = alive;
+                self.next = self.motions.len();
+            }
+            let left =
+                (state.end_periods - state.periods) * (c.period + c.period_low) + (state.end_t - state.t);
+            done = done | (alive & (left.at_most(zero) | state.most.at_most(state.events + one)));
+            if done.any() {
+                for i in (0..L::WIDTH).filter(|&i| done.at(i)) {
+                    if let Some((index, oscillator)) = occupants[i].take() {
+                        self.leave(index, &oscillator, &state.take(i));
+                    }
+                    let next = self.enter();
+                    alive.put(i, next.is_some());
+                    if let Some((index, oscillator, first)) = next {
+                        c.put(i, &oscillator.constants);
+                        current.put(i, oscillator.track(first.line));
+                        state.put(i, &first);
+                        occupants[i] = Some((index, oscillator));
+                    }
+                }
+                done = L::Mask::none();
+                if !alive.any() {
+                    return self.tally;
+                }
+                continue;
+            }
+            let stuck = zero.below(state.stuck) & alive;
+            if stuck.any() {
+                let outcome = break_away(&c, &mut state, left, stuck);
+                done = done | outcome.at_horizon;
+                self.hand_over(&mut state, &mut done, &occupants, outcome.unsettled);
+                self.tell(&occupants, &c, &state, &outcome);
+            }
+            // What has just come loose slips on in the same round.
+            let left =
+                (state.end_periods - state.periods) * (c.period + c.period_low) + (state.end_t - state.t);
+            let slips = !zero.below(state.stuck) & alive & !done & (state.events + one).below(state.most);
+            if slips.any() {
+                let others =
+                    slips & (state.line.below(current.line.index) | current.line.index.below(state.line));
+                if others.any() {
+                    for i in (0..L::WIDTH).filter(|&i| others.at(i)) {
+                        if let Some((_, oscillator)) = &occupants[i] {
+                            current.put(i, oscillator.track(state.line.get(i)));
+                        }
+                    }
+                }
+                let outcome = arrive(&c, &current, &mut state, left, slips);
+                done = done | outcome.at_horizon;
+                self.hand_over(&mut state, &mut done, &occupants, outcome.unsettled);
+                self.tell(&occupants, &c, &state, &outcome);
+            }
+        }
+    }
+}
+
+impl Scheduler<'_, '_, '_> {
+    /// Give the lanes of `unsettled` to the engine of single motions for one mode; those whose mode lasts to the end are done.
+    #[inline(always)]
+    fn hand_over<L: Lane>(
+        &mut self,
+        state: &mut State<L>,
+        done: &mut L::Mask,
+        occupants: &[Occupant],
+        unsettled: L::Mask,
+    ) {
+        if !unsettled.any() {
+            return;
+        }
+        for i in (0..L::WIDTH).filter(|&i| unsettled.at(i)) {
+            let Some((index, oscillator)) = &occupants[i] else {
+                continue;
+            };
+            match self.by_single_engine(*index, oscillator, &state.take(i)) {
+                Some(after) => state.put(i, &after),
+                None => done.put(i, true),
+            }
+        }
+    }
+
+    /// Tell of the events of lanes, at the states after them.
+    #[inline(always)]
+    fn tell<L: Lane>(
+        &mut self,
+        occupants: &[Occupant],
+        c: &Constants<L>,
+        state: &State<L>,
+        outcome: &Outcome<L>,
+    ) {
+        let Some(on_event) = &mut self.on_event else {
+            return;
+        };
+        // Side by side: one after the other these sums would take a quarter of all the time.
+        let (high, low) = state.clock(c);
+        for i in (0..L::WIDTH).filter(|&i| outcome.at_event.at(i)) {
+            let Some((index, oscillator)) = &occupants[i] else {
+                continue;
+            };
+            let event = outcome.event.map(|number| number.get(i));
+            let state = state.take(i);
+            let clock = Clock {
+                high: high.get(i),
+                low: low.get(i),
+            };
+            let event = oscillator.event(clock, &state, event);
+            on_event(*index, &event, &oscillator.segment(clock, &state));
+        }
+    }
+}
