@@ -96,16 +96,16 @@ fn system(case: &Value) -> Result<System, String> {
 }
 
 /// How many events a run may have.
-const MOST: u64 = 400;
+const MOST_EVENTS: u64 = 400;
 /// How often a run may ask whether to go on.
-const ASKS: u32 = 20_000;
+const MOST_ASKS: u32 = 20_000;
 
 /// Yes, so many times.
 fn patience() -> impl FnMut() -> bool {
     let mut asks = 0;
     move || {
         asks += 1;
-        asks <= ASKS
+        asks <= MOST_ASKS
     }
 }
 
@@ -115,7 +115,7 @@ fn patience() -> impl FnMut() -> bool {
 /// The engine's sentence.
 pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
     let series = case["engine"] == "series";
-    let most = case["max_events"].as_u64().unwrap_or(MOST);
+    let most = case["max_events"].as_u64().unwrap_or(MOST_EVENTS);
     let varies = !problem.springs.is_empty() || problem.contacts[0].normal.is_some();
     if let Some(oscillator) = oscillator(case).filter(|o| !series && !varies && o.closed()) {
         let run = simulate::Run {

@@ -25,13 +25,13 @@ use crate::verdict::{Finding, Verdict};
 
 /// An integrator estimates the error of a step, which it keeps below its tolerance: so many times that is a failure,
 /// at its end and in between.
-const ESTIMATES: f64 = 100.0;
+const MOST_ESTIMATES: f64 = 100.0;
 /// So many times more where friction has a corner or a layer inside the step, of which no estimate knows: there a step of the
 /// judge has to be halved as often as this.
-const CORNER: f64 = 100.0;
-const HALVED: u32 = 5;
+const CORNER_FACTOR: f64 = 100.0;
+const CORNER_HALVINGS: u32 = 5;
 /// More steps of the judge than this a run are not judged.
-const WORK: u64 = 40_000;
+const MOST_STEPS: u64 = 40_000;
 
 /// Judge what the core's own integrator makes of a case; none where the judge does not understand its document.
 #[must_use]
@@ -62,7 +62,7 @@ pub fn judge_report(problem: &Problem<StateLaw>, report: &StateReport) -> Verdic
     };
     if let Some(equations) = Equations::new(problem) {
         Judge {
-            march: March::new(&equations, Vec::new(), WORK),
+            march: March::new(&equations, Vec::new(), MOST_STEPS),
             equations: &equations,
             problem,
             report,
@@ -107,7 +107,7 @@ impl Judge<'_> {
         };
         self.start(first);
         let sizes = self.sizes(first);
-        self.march = March::new(self.equations, sizes.clone(), WORK);
+        self.march = March::new(self.equations, sizes.clone(), MOST_STEPS);
         for row in rows {
             self.moment(row);
         }
@@ -143,7 +143,7 @@ impl Judge<'_> {
         let (report, n) = (self.report, self.problem.n);
         let fastest = report.rows.iter().flat_map(|row| row.v.iter().chain(&row.w));
         let size = fastest.fold(sizes[n], |most, v| most.max(v.abs()));
-        let noise = ESTIMATES * report.tolerance * size;
+        let noise = MOST_ESTIMATES * report.tolerance * size;
         for (c, contact) in self.problem.contacts.iter().enumerate() {
             for slip in [true, false] {
                 let name = if slip { "slip velocity" } else { "velocity" };
@@ -367,10 +367,10 @@ impl Judge<'_> {
             middle = Some((row, y.clone()));
         }
         y = self.march.on([t, pair[1].t], &y)?;
-        let cornered = self.march.deepest >= HALVED || self.corner(pair);
-        let more = if cornered { CORNER } else { 1.0 };
+        let cornered = self.march.deepest >= CORNER_HALVINGS || self.corner(pair);
+        let more = if cornered { CORNER_FACTOR } else { 1.0 };
         self.allowed[index] = more;
-        self.compare("step", pair[1].t, [&y, &to, &from], sizes, more * ESTIMATES);
+        self.compare("step", pair[1].t, [&y, &to, &from], sizes, more * MOST_ESTIMATES);
         if let Some((row, y)) = middle {
             let told = self.variables(row);
             self.compare(
@@ -378,7 +378,7 @@ impl Judge<'_> {
                 row.t,
                 [&y, &told, &from],
                 sizes,
-                more * ESTIMATES,
+                more * MOST_ESTIMATES,
             );
         }
         Some(())

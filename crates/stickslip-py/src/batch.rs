@@ -14,7 +14,7 @@ use crate::table::Table;
 use crate::watch::{Watch, interruptibly};
 
 /// Runs between two words about progress.
-const BLOCK: usize = 256;
+const RUNS_A_REPORT: usize = 256;
 
 /// Run a batch. Returns a table: x and v of every mass, the number of the stop, events (a column for each kind), the sum of stick
 /// times, and t, x, v of the events of the section, not a number where there are fewer than `keep`.
@@ -50,7 +50,7 @@ pub(crate) fn batch<'py>(
     let mut rows = Vec::with_capacity(count);
     let mut watch = Watch::new(max_seconds);
     while done < count {
-        let block = done..count.min(done + BLOCK * workers.max(1));
+        let block = done..count.min(done + RUNS_A_REPORT * workers.max(1));
         done = block.end;
         let go_on = |halt: &AtomicBool| !halt.load(Ordering::Relaxed);
         let some = interruptibly(py, &pool, &mut watch, |halt| batch.rows(block, &|| go_on(halt)))?

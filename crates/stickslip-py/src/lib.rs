@@ -93,7 +93,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<state::Law>()?;
     module.add_class::<state::Masses>()?;
     module.add_function(wrap_pyfunction!(law::static_friction, module)?)?;
-    module.add("ALIKE", spots::ALIKE)?;
+    module.add("ALIKE", spots::ALIKE_DIAMETERS)?;
     module.add("LEAST_ERROR", spots::LEAST_ERROR)?;
     module.add_function(wrap_pyfunction!(spots::blurred, module)?)?;
     module.add_function(wrap_pyfunction!(spots::spot_centre, module)?)?;

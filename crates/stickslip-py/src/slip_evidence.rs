@@ -12,9 +12,9 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use stickslip::elementary::{exp, ln};
 
-const DEGREE: usize = 5;
+const SPLINE_DEGREE: usize = 5;
 /// Splines that an interval has.
-const ORDER: usize = DEGREE + 1;
+const SPLINE_ORDER: usize = SPLINE_DEGREE + 1;
 /// Legendre's five points in (-1, 1), and their weights.
 const GAUSS: [(f64, f64); 5] = [
     (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
@@ -24,17 +24,17 @@ const GAUSS: [(f64, f64); 5] = [
     (0.906_179_845_938_664, 0.236_926_885_056_189_08),
 ];
 /// Of the largest number on the diagonal of a triangle: less than this is rounding.
-const ROUNDING: f64 = 1e-14;
+const DIAGONAL_ROUNDING: f64 = 1e-14;
 
 /// A number for each spline of an interval.
-type Local = [f64; ORDER];
+type Local = [f64; SPLINE_ORDER];
 /// The splines of an interval as polynomials: their coefficients by power.
-type Piece = [Local; ORDER];
+type Piece = [Local; SPLINE_ORDER];
 /// Mass, damping, stiffness and drive velocity; noise, cut-off and sampling interval; slope of the fall and its decay.
 type Model = ((f64, f64, f64, f64), (f64, f64, f64), (f64, f64));
 
 /// The factors of splines next to each other, of the level of the stick, and the right side.
-type Row = [f64; ORDER + 2];
+type Row = [f64; SPLINE_ORDER + 2];
 /// An equation: the first spline it holds, and its row.
 type Equation = (usize, Row);
 
@@ -47,17 +47,17 @@ struct Triangle {
 impl Triangle {
     fn new(size: usize) -> Self {
         Self {
-            rows: vec![[0.0; ORDER + 2]; size],
+            rows: vec![[0.0; SPLINE_ORDER + 2]; size],
         }
     }
 
     /// Take an equation in; returns what no splines can take up of its right sides.
     ///
-    /// Where equations come in the order of their first splines each meets at most `ORDER` rows.
+    /// Where equations come in the order of their first splines each meets at most `SPLINE_ORDER` rows.
     fn rotate(&mut self, (first, mut row): Equation) -> [f64; 2] {
         for line in &mut self.rows[first..] {
             if row[0] != 0.0 {
-                if line[0] == 0.0 && line[1..ORDER] == [0.0; DEGREE] {
+                if line[0] == 0.0 && line[1..SPLINE_ORDER] == [0.0; SPLINE_DEGREE] {
                     std::mem::swap(line, &mut row);
                     break;
                 }
@@ -67,19 +67,19 @@ impl Triangle {
                     (*own, *other) = (c * *own + s * *other, c * *other - s * *own);
                 }
             }
-            row.copy_within(1..ORDER, 0);
-            row[DEGREE] = 0.0;
-            if row[..ORDER] == [0.0; ORDER] {
+            row.copy_within(1..SPLINE_ORDER, 0);
+            row[SPLINE_DEGREE] = 0.0;
+            if row[..SPLINE_ORDER] == [0.0; SPLINE_ORDER] {
                 break;
             }
         }
-        [row[ORDER], row[ORDER + 1]]
+        [row[SPLINE_ORDER], row[SPLINE_ORDER + 1]]
     }
 
     /// Log determinant of the sum of squares; None where the equations do not tell all splines.
     fn log(&self) -> Option<f64> {
         let sizes = || self.rows.iter().map(|line| line[0].abs());
-        let least = ROUNDING * sizes().fold(0.0, f64::max);
+        let least = DIAGONAL_ROUNDING * sizes().fold(0.0, f64::max);
         sizes()
             .all(|size| size > least)
             .then(|| 2.0 * sizes().map(ln).sum::<f64>())
@@ -88,22 +88,22 @@ impl Triangle {
 
 /// An equation in the splines that are free, the others being at the level of the stick.
 fn tied(free: &Range<usize>, first: usize, all: Local, right: f64) -> Equation {
-    let (from, mut row) = (first.max(free.start), [0.0; ORDER + 2]);
+    let (from, mut row) = (first.max(free.start), [0.0; SPLINE_ORDER + 2]);
     for (column, value) in (first..).zip(all) {
         if free.contains(&column) {
             row[column - from] = value;
         } else {
-            row[ORDER] += value;
+            row[SPLINE_ORDER] += value;
         }
     }
-    row[ORDER + 1] = right;
+    row[SPLINE_ORDER + 1] = right;
     (from - free.start, row)
 }
 
 /// Derivative of this order of the splines of an interval at a position in it.
 fn derivative(piece: &Piece, order: usize, at: f64) -> Local {
-    let mut found = [0.0; ORDER];
-    for power in (order..ORDER).rev() {
+    let mut found = [0.0; SPLINE_ORDER];
+    for power in (order..SPLINE_ORDER).rev() {
         let falling = (power + 1 - order..=power).product::<usize>() as f64;
         for (value, coefficient) in found.iter_mut().zip(piece[power]) {
             *value = *value * at + falling * coefficient;
@@ -152,7 +152,7 @@ pub(crate) fn slip_evidence(
         .map(|piece| std::array::from_fn(|power| std::array::from_fn(|j| piece[[power, j]])))
         .collect();
     let count = pieces.len();
-    let (size, h) = (count + DEGREE, (end - start) / count as f64);
+    let (size, h) = (count + SPLINE_DEGREE, (end - start) / count as f64);
     // the stick holds u = U and u' = 0, and u'' = 0 at a soft joint
     let ends = if soft { 3 } else { 2 };
     let free = match joined {
@@ -210,7 +210,7 @@ pub(crate) fn slip_evidence(
         _ => (0..3).map(|order| state(order, 0, 0.0)).collect(),
     };
     let mut prior = walk.clone();
-    let squares = |row: &Row| row[..ORDER].iter().map(|value| value * value).sum::<f64>();
+    let squares = |row: &Row| row[..SPLINE_ORDER].iter().map(|value| value * value).sum::<f64>();
     let mut scale = 1.0;
     if !held.is_empty() {
         scale = held.iter().map(|(_, row)| squares(row)).sum::<f64>()

@@ -22,7 +22,7 @@ use blur::blur;
 pub(crate) use centre::LEAST_ERROR;
 use centre::centre;
 pub(crate) use levels::spot_levels;
-pub(crate) use near::ALIKE;
+pub(crate) use near::ALIKE_DIAMETERS;
 use near::{Like, nearest};
 
 type Picture<'a> = ArrayView2<'a, u8>;

@@ -9,7 +9,7 @@ use stickslip::model::{self, Model};
 use stickslip::network::{self, Run, branch_of};
 use stickslip::orbit;
 use stickslip::regime::Regime;
-use stickslip::rosenbrock::{CREEP, Integration};
+use stickslip::rosenbrock::{CREEP_SPEED_RATIO, Integration};
 use stickslip::simulate::{Run as OneRun, Stop, simulate_from};
 use stickslip::state_law::StateLaw;
 use stickslip::state_system::StateSystem;
@@ -272,7 +272,13 @@ impl Path {
         }
         for [w, _, mode] in &mut path.contacts {
             let most = w.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
-            mode.extend(w.iter().map(|w| if w.abs() <= CREEP * most { -1.0 } else { 0.0 }));
+            mode.extend(w.iter().map(|w| {
+                if w.abs() <= CREEP_SPEED_RATIO * most {
+                    -1.0
+                } else {
+                    0.0
+                }
+            }));
         }
         path
     }

@@ -18,7 +18,7 @@ pub struct DisplacementError {
 /// A law that falls faster with w than m / h per unit of it cannot be followed with samples every h.
 const STEEPEST_FALL: f64 = 0.9;
 /// Of a motion that others make up no more than this part is left by rounding.
-const DEPENDENT: f64 = 1e-14;
+const DEPENDENT_REST: f64 = 1e-14;
 
 impl DisplacementError {
     /// ε from rest at the first sample, and the motions that what is left open may add to it: a shift, a speed at the start
@@ -113,7 +113,7 @@ pub fn without(motions: &[&[f64]], residual: &[f64], prior: &[f64], lengths: &[u
             }
             let rest = dot(column, column);
             // What the motions before it make up but for rounding explains nothing more.
-            let scale = if rest > DEPENDENT * DEPENDENT * size {
+            let scale = if rest > DEPENDENT_REST * DEPENDENT_REST * size {
                 1.0 / rest.sqrt()
             } else {
                 0.0

@@ -66,6 +66,6 @@ pub(crate) fn changes_sign(t: f64, width: f64, margin: impl Fn(f64) -> [f64; 2])
 }
 
 /// How much of what rounding is to a search, which finds the root from a sample nearby, it may be to an evaluation anew.
-const ANEW: f64 = 512.0;
+const ANEW_ROUNDINGS: f64 = 512.0;
 /// As a part of the time in which the motion changes, how far before and after a root its certificate looks.
-const BESIDE: f64 = 1e-9;
+const BESIDE_ROOT: f64 = 1e-9;

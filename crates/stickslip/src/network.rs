@@ -124,22 +124,22 @@ fn check(system: &System, run: &Run) -> Result<(), Error> {
 }
 
 /// So many events in less than a millionth of the shortest natural time are an accumulation.
-const ACCUMULATION: u64 = 1000;
+const MOST_EVENTS_AT_ONCE: u64 = 1000;
 /// So many decisions at one time that make no event are one too.
-const STANDING: u32 = 1000;
+const MOST_DECISIONS_AT_ONCE: u32 = 1000;
 /// So many steps within one natural time, that without damping, are a motion too stiff for steps that are not implicit.
-const STIFF: u64 = 100_000;
+const MOST_STEPS_A_PERIOD: u64 = 100_000;
 /// A motion this much faster than at its start grows.
-const GROWN: f64 = 1e6;
+const GROWN_SPEED_RATIO: f64 = 1e6;
 /// One this much faster runs away: no start from which it settles is so slow.
-const RUNS_AWAY: f64 = 1e9;
+const RUNAWAY_SPEED_RATIO: f64 = 1e9;
 /// So many steps pass between two questions whether to go on.
-const ASKED: u64 = 64;
+const STEPS_BETWEEN_ASKS: u64 = 64;
 /// Slip speeds below this share of the largest speed of the run are zero within rounding.
-pub(crate) const ROUNDING: f64 = 16.0 * f64::EPSILON;
+pub(crate) const SPEED_ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// A start that is known to have no slope keeps that below this share of the largest acceleration: the error with which its
 /// event was found. Adhesion that is beyond its limit by less, and relieved from there, holds.
-const STILL: f64 = 1e-12;
+const ZERO_SLOPE_SHARE: f64 = 1e-12;
 
 /// What a contact does and remembers.
 #[derive(Clone, Copy, Debug)]
@@ -256,7 +256,7 @@ impl<'a> Loop<'a> {
             force_lines: Vec::new(),
             scale: 0.0,
             acceleration: 0.0,
-            zero_share: STILL,
+            zero_share: ZERO_SLOPE_SHARE,
             steps: Vec::new(),
             events: Vec::new(),
             work: Work::default(),
@@ -296,7 +296,7 @@ impl<'a> Loop<'a> {
         loop {
             self.expand();
             self.tell_events(after, observer);
-            if self.work.evaluations >= stepped + STIFF {
+            if self.work.evaluations >= stepped + MOST_STEPS_A_PERIOD {
                 let passed = stage.until(self.clock.high);
                 if passed < 1.0 / self.frame.undamped {
                     self.record_step();
@@ -313,11 +313,11 @@ impl<'a> Loop<'a> {
             }
             // The series of a motion that grows leaves the numbers before the motion does.
             let growth = self.scale / *began.get_or_insert(self.scale);
-            if growth > RUNS_AWAY {
+            if growth > RUNAWAY_SPEED_RATIO {
                 self.record_step();
                 return Stop::Diverged;
             }
-            let grown = growth > GROWN;
+            let grown = growth > GROWN_SPEED_RATIO;
             let overflow = if grown { Stop::Diverged } else { Stop::NotANumber };
             if let Some(stop) = lost(&self.x)
                 .or_else(|| lost(&self.v))
@@ -326,7 +326,7 @@ impl<'a> Loop<'a> {
                 self.record_step();
                 return stop;
             }
-            if asked.is_none_or(|asked| self.work.evaluations >= asked + ASKED) {
+            if asked.is_none_or(|asked| self.work.evaluations >= asked + STEPS_BETWEEN_ASKS) {
                 if !observer.go_on() {
                     self.record_step();
                     return Stop::MaxSeconds;
@@ -398,7 +398,7 @@ impl<'a> Loop<'a> {
             } else {
                 standing + 1
             };
-            if standing == STANDING {
+            if standing == MOST_DECISIONS_AT_ONCE {
                 self.record_step();
                 return Stop::Accumulation;
             }
@@ -408,7 +408,7 @@ impl<'a> Loop<'a> {
                 self.record_step();
                 return Stop::MaxEvents;
             }
-            if self.work.events >= counted + ACCUMULATION {
+            if self.work.events >= counted + MOST_EVENTS_AT_ONCE {
                 if mark.until(self.clock.high) < short {
                     return Stop::Accumulation;
                 }
@@ -440,7 +440,7 @@ impl<'a> Loop<'a> {
             frame: &self.frame,
             motion: &self.motion,
             force_lines: &self.force_lines,
-            rounding: ROUNDING * self.scale,
+            rounding: SPEED_ROUNDING * self.scale,
         }
     }
 
@@ -478,7 +478,7 @@ impl<'a> Loop<'a> {
     fn advance(&mut self, h: f64) {
         self.motion.advance(h, &mut self.x, &mut self.v);
         self.clock = self.clock.after(h);
-        self.zero_share = STILL;
+        self.zero_share = ZERO_SLOPE_SHARE;
     }
 
     /// The normal force of a contact over that of its law.
@@ -495,7 +495,7 @@ impl<'a> Loop<'a> {
             let position = self.frame.across(c, |i| self.x[i]).abs() + self.scale / self.frame.rate;
             normal.size(position, self.scale)
         });
-        ROUNDING * size
+        SPEED_ROUNDING * size
     }
 
     /// Friction of a contact in slip at a speed.

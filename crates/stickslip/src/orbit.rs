@@ -221,12 +221,12 @@ pub struct Orbit {
 }
 
 /// Rows up to which room is made for four times as many: to double it each time copies every row once more.
-const FEW: usize = 1024;
+const FEW_ROWS: usize = 1024;
 
 #[inline]
 fn push<T>(rows: &mut Vec<T>, row: T) {
     if rows.len() == rows.capacity() {
-        rows.reserve(3 * rows.len().clamp(1, FEW));
+        rows.reserve(3 * rows.len().clamp(1, FEW_ROWS));
     }
     rows.push(row);
 }

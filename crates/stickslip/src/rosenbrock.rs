@@ -18,17 +18,17 @@ use crate::simulate::{MOST_BYTES, Stop, lost};
 use crate::state_system::StateSystem;
 
 /// A slip slower than this part of the fastest is called stuck, as these laws creep where others stick.
-pub const CREEP: f64 = 1e-2;
+pub const CREEP_SPEED_RATIO: f64 = 1e-2;
 /// Of the time so much must be stuck before a motion counts as one that sticks; others only pass through zero.
-const STICKS: f64 = 0.01;
+const LEAST_STUCK_TIME: f64 = 0.01;
 /// A contact that slips slower than this part of the fastest mass rests.
-const RESTS: f64 = 1e-6;
+const REST_SPEED_RATIO: f64 = 1e-6;
 /// The part of the tolerance within which a slip velocity is at rest.
-const LEAST: f64 = 0.01;
+const LEAST_SPEED_SHARE: f64 = 0.01;
 /// So many steps pass between two questions whether to go on.
-const ASKED: usize = 100;
+const STEPS_BETWEEN_ASKS: usize = 100;
 /// Steps shorter than this part of the time lead nowhere.
-const SHORTEST: f64 = 4.0 * f64::EPSILON;
+const SHORTEST_STEP: f64 = 4.0 * f64::EPSILON;
 
 const GAMMA: f64 = 0.25;
 /// What each stage adds of those before to the state at which friction is asked.
@@ -136,7 +136,7 @@ impl Integration {
             finite("start", value)?;
         }
         let (scales, shares) = system.regular_scales(&y);
-        let least = LEAST * tolerance * system.scales(&y)[system.masses()];
+        let least = LEAST_SPEED_SHARE * tolerance * system.scales(&y)[system.masses()];
         let start = system.balanced(y);
         let y = system.regular(start.clone());
         Ok(Self {
@@ -175,7 +175,7 @@ impl Integration {
             let until = node.min(t_end);
             let left = until - t;
             self.steps += 1;
-            if self.steps.is_multiple_of(ASKED) && !go_on() {
+            if self.steps.is_multiple_of(STEPS_BETWEEN_ASKS) && !go_on() {
                 return Stop::MaxSeconds;
             }
             // The last two steps are of one length: none is left that is too short.
@@ -206,7 +206,7 @@ impl Integration {
                 if self.y.len() * 3 * size_of::<f64>() > MOST_BYTES {
                     return Stop::Memory;
                 }
-            } else if self.h <= SHORTEST * t.max(self.system.period()) {
+            } else if self.h <= SHORTEST_STEP * t.max(self.system.period()) {
                 return Stop::Stiff;
             }
         }
@@ -342,18 +342,18 @@ impl Integration {
             columns.slip_acceleration.push(motion.slip_acceleration[contact]);
         }
         let most = columns.w.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
-        let rests = most <= RESTS * fastest;
+        let rests = most <= REST_SPEED_RATIO * fastest;
         columns.stuck = columns
             .w
             .iter()
-            .map(|w| rests || w.abs() <= CREEP * most)
+            .map(|w| rests || w.abs() <= CREEP_SPEED_RATIO * most)
             .collect();
         let each = columns.t.windows(2).zip(columns.stuck.windows(2));
         let stuck: f64 = each
             .filter(|(_, stuck)| stuck[0] && stuck[1])
             .map(|(t, _)| t[1] - t[0])
             .sum();
-        if !rests && stuck <= STICKS * (self.t_last() - self.t[0]) {
+        if !rests && stuck <= LEAST_STUCK_TIME * (self.t_last() - self.t[0]) {
             columns.stuck.fill(false);
         }
         columns

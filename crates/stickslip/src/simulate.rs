@@ -273,9 +273,9 @@ pub(crate) fn next_event(
 
 /// So many events pass between two questions whether to go on; in less than a millionth of the natural time √(m/k) they are an
 /// accumulation.
-const ASKED: u64 = 1000;
+const EVENTS_BETWEEN_ASKS: u64 = 1000;
 /// A state beyond this has left the numbers: its square would overflow.
-const HUGE: f64 = 1e150;
+const HUGE_STATE: f64 = 1e150;
 /// The most bytes that an orbit may take.
 pub(crate) const MOST_BYTES: usize = 1 << 30;
 
@@ -284,7 +284,7 @@ pub(crate) fn lost(state: &[f64]) -> Option<Stop> {
     if state.iter().any(|number| number.is_nan()) {
         Some(Stop::NotANumber)
     } else {
-        let far = state.iter().any(|number| number.abs() >= HUGE);
+        let far = state.iter().any(|number| number.abs() >= HUGE_STATE);
         far.then_some(Stop::Diverged)
     }
 }

@@ -62,10 +62,10 @@ pub enum Keep {
 }
 
 /// So near its end, over the rate of the motion, the derivatives of a motion are those at its end.
-const NEAR: f64 = 1e-13;
+const NEAR_PHASE_END: f64 = 1e-13;
 
 /// Derivatives beyond this size are not taken through a phase, but multiplied with its own.
-const TAKEN_THROUGH: f64 = 1e100;
+const MOST_TAKEN_THROUGH: f64 = 1e100;
 
 fn lost(index: usize, why: &str) -> Error {
     Error::Document {
@@ -133,7 +133,8 @@ pub fn follow(
         // A series costs the more, the more directions move along; a closed form does not, and takes all derivatives so far
         // through the phase, while their products are numbers.
         let through = motion.is_closed()
-            && (rates[..motion.layout.contact(0) * directions].iter()).all(|rate| rate.abs() < TAKEN_THROUGH);
+            && (rates[..motion.layout.contact(0) * directions].iter())
+                .all(|rate| rate.abs() < MOST_TAKEN_THROUGH);
         let state = followed.states.last().unwrap_or(start);
         if keep == Keep::Nothing {
             seeded = state.without_derivatives(1);
@@ -149,7 +150,7 @@ pub fn follow(
         let mut guard = motion.guard(&seeded, phase, tau, &expansion);
         let mut rest = VariedMotion::newton_step(&guard);
         // A motion so near its end moves there by its rates.
-        if rest.is_nan() || rest.abs() > NEAR / expansion.pace(&motion.frame) {
+        if rest.is_nan() || rest.abs() > NEAR_PHASE_END / expansion.pace(&motion.frame) {
             tau = end_of(&motion, &state.without_derivatives(1), phase, &mut expansion)
                 .ok_or_else(|| lost(index, "does not end"))?;
             motion.go(&seeded, &phase.contact_modes, tau, &mut expansion);

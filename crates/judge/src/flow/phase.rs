@@ -7,7 +7,7 @@ use crate::number::Real;
 /// Samples a radian of the fastest oscillation are one over this; fewer where each costs an extrapolation.
 const SPACING: [f64; 2] = [0.15, 0.4];
 /// More work than this in one phase is not judged.
-const MOST: [f64; 2] = [4e6, 2e7];
+const MOST_WORK: [f64; 2] = [4e6, 2e7];
 /// From so many times of a phase rounding is followed.
 const MARKS: usize = 4;
 /// Along a curve from so many more, each half as far from the end as the one before. Friction that falls draws slips together
@@ -15,7 +15,7 @@ const MARKS: usize = 4;
 /// the end, and of what is rounding at the fold thousands of times as much.
 const HALVINGS: usize = 12;
 /// More extrapolations than this in one phase are not judged either: a curve may be stiff.
-const STIFF: u64 = 100_000;
+const MOST_EXTRAPOLATIONS: u64 = 100_000;
 
 /// A phase that was followed.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ impl<'a, R: Real> Phase<'a, R> {
             .ceil()
             .max((least >> curved) as f64);
         let share = if model.curves.is_empty() { 1.0 } else { 60.0 };
-        if !(wanted * share * (dim * dim) as f64 <= MOST[curved]) {
+        if !(wanted * share * (dim * dim) as f64 <= MOST_WORK[curved]) {
             return None;
         }
         #[expect(
@@ -299,7 +299,7 @@ fn bulirsch_stoer<R: Real>(model: &Model<R>, from: &[R], h: R, depth: u32) -> Op
     model.steps.set(model.steps.get() + 1);
     // A corner of a curve is closed in on by halves.
     let cornered = model.curves.iter().any(|curve| curve.shape.cornered());
-    if depth == if cornered { 48 } else { 12 } || model.steps.get() > STIFF {
+    if depth == if cornered { 48 } else { 12 } || model.steps.get() > MOST_EXTRAPOLATIONS {
         return None;
     }
     // The forces of curves come last and are no part of the state; waves and the clock are.

@@ -6,12 +6,12 @@
 use super::equations::Equations;
 
 /// To which share of the motion two rows must agree, and a step over all its shares at most.
-const AGREES: f64 = 1e-13;
+const ROWS_AGREE: f64 = 1e-13;
 /// The rows, and from which on two that agree are believed: fewer may agree by chance.
-const ROWS: usize = 11;
-const FIRST: usize = 4;
+const MOST_ROWS: usize = 11;
+const FIRST_BELIEVED_ROW: usize = 4;
 /// A step halved so often is shorter than any rounding.
-const DEEPEST: u32 = 60;
+const MOST_HALVINGS: u32 = 60;
 
 /// A motion from time to time.
 #[derive(Clone, Debug)]
@@ -52,9 +52,9 @@ impl<'a> March<'a> {
         let width = self.equations.width;
         let mut matrix = vec![0.0; width * width];
         self.equations.rates([time, piece], y, Some(&mut matrix));
-        let mut table: Vec<Vec<f64>> = Vec::with_capacity(ROWS);
+        let mut table: Vec<Vec<f64>> = Vec::with_capacity(MOST_ROWS);
         let mut before = f64::INFINITY;
-        for row in 0..ROWS {
+        for row in 0..MOST_ROWS {
             let parts = (row + 2) as f64;
             let Some(factors) = Factors::of(&matrix, h / parts, width) else {
                 break;
@@ -89,18 +89,18 @@ impl<'a> March<'a> {
                     (now[i] - last[i]).abs() / size
                 };
                 let gap = (0..width).map(gap).fold(0.0, f64::max);
-                if row >= FIRST && gap <= AGREES {
+                if row >= FIRST_BELIEVED_ROW && gap <= ROWS_AGREE {
                     return Some(now);
                 }
                 // What does not come closer will not do so in the rows that are left.
-                if row > FIRST && gap > 0.5 * before || row >= FIRST && gap > 1e-4 {
+                if row > FIRST_BELIEVED_ROW && gap > 0.5 * before || row >= FIRST_BELIEVED_ROW && gap > 1e-4 {
                     break;
                 }
                 before = gap;
             }
             table.push(now);
         }
-        if depth == DEEPEST {
+        if depth == MOST_HALVINGS {
             return table.pop();
         }
         let half = 0.5 * h;

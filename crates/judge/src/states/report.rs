@@ -8,9 +8,9 @@ use stickslip::state_system::StateSystem;
 use stickslip::system::System;
 
 /// So many steps a run are enough to judge.
-const STEPS: usize = 3000;
+const MOST_STEPS: usize = 3000;
 /// Between every so many steps the interpolant is asked.
-const EVERY: usize = 4;
+const STEPS_BETWEEN_LOOKS: usize = 4;
 
 /// Everything at one time.
 #[derive(Clone, Debug, Default)]
@@ -139,7 +139,7 @@ pub fn run(case: &Value) -> Result<StateReport, String> {
     let mut asked = 0;
     let stop = integration.advance(t_end, 0.0, &mut || {
         asked += 1;
-        asked * 100 < STEPS
+        asked * 100 < MOST_STEPS
     });
     let times = integration.times();
     let at = |t: f64| row(integration.system(), t, &integration.variables(t));
@@ -147,7 +147,7 @@ pub fn run(case: &Value) -> Result<StateReport, String> {
         changes: None,
         rows: times.iter().map(|&t| at(t)).collect(),
         between: (times.windows(2).enumerate())
-            .map(|(index, pair)| (index % EVERY == 0).then(|| at(0.5 * (pair[0] + pair[1]))))
+            .map(|(index, pair)| (index % STEPS_BETWEEN_LOOKS == 0).then(|| at(0.5 * (pair[0] + pair[1]))))
             .collect(),
         tolerance,
         stop: match stop {

@@ -28,7 +28,7 @@ use super::texture::Texture;
 use super::{Known, Part, Picture, Row, whole};
 
 /// A ground that scatters by no more than this share of a blob's contrast is even: only the light varies on it.
-const EVEN: f64 = 0.08;
+const EVEN_GROUND: f64 = 0.08;
 /// Of a centre in px.
 pub(crate) const LEAST_ERROR: f64 = 0.005;
 
@@ -80,7 +80,7 @@ pub(super) fn centre(
     // what rounding to whole grey levels adds is in it
     let noise = spread.max(0.4);
     let least = (3.0 * steep * noise / contrast).min(0.1);
-    let light = (spread <= EVEN * contrast)
+    let light = (spread <= EVEN_GROUND * contrast)
         .then(|| plane(window, &around, count, ground, spread))
         .flatten()
         .unwrap_or_else(|| Array2::zeros(window.dim()));

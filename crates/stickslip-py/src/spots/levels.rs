@@ -17,8 +17,8 @@ use pyo3::prelude::*;
 type Level = (usize, usize, usize, usize, usize, i64);
 
 /// A part is at least that share of its box, and its box as high as wide by that share or more.
-const FILLS: f64 = 0.45;
-const NARROWEST: f64 = 0.25;
+const LEAST_FILL: f64 = 0.45;
+const LEAST_WIDTH_RATIO: f64 = 0.25;
 
 #[derive(Clone, Copy)]
 struct Part {
@@ -41,8 +41,8 @@ impl Part {
         let (width, height) = (width as f64, height as f64);
         area >= smallest
             && area <= largest
-            && area >= FILLS * (width * height)
-            && width.min(height) / width.max(height) >= NARROWEST
+            && area >= LEAST_FILL * (width * height)
+            && width.min(height) / width.max(height) >= LEAST_WIDTH_RATIO
     }
 }
 

@@ -11,11 +11,11 @@ use super::parts::parts;
 use super::{Known, Part, Picture, Row};
 
 /// Diameters of one spot in successive pictures differ by less than this factor.
-pub(crate) const ALIKE: f64 = 1.5;
+pub(crate) const ALIKE_DIAMETERS: f64 = 1.5;
 /// Shares of its contrast below its crown at which a spot that is known is cut out.
 const DEPTHS: [f64; 3] = [0.5, 0.3, 0.7];
 /// One that has this share of its last score is the same, and not looked for at another depth.
-const SAME: f64 = 0.9;
+const SAME_SCORE_SHARE: f64 = 0.9;
 
 /// What is known of a spot from the picture before: its diameter, contrast and score.
 #[derive(Clone, Copy, FromPyObject)]
@@ -35,7 +35,7 @@ fn spot_at(
     known: Known,
 ) -> Option<Row> {
     let usual = PI / 4.0 * like.size * like.size;
-    let alike = usual / (ALIKE * ALIKE)..usual * (ALIKE * ALIKE);
+    let alike = usual / (ALIKE_DIAMETERS * ALIKE_DIAMETERS)..usual * (ALIKE_DIAMETERS * ALIKE_DIAMETERS);
     let away = |&(part, [x, y]): &(Part, [usize; 2])| {
         let area = part.1 as f64;
         hypot(x as f64 / area - position.0, y as f64 / area - position.1)
@@ -45,7 +45,7 @@ fn spot_at(
         .into_iter()
         .filter(|(part, _)| alike.contains(&(part.1 as f64)))
         .min_by(|one, other| away(one).total_cmp(&away(other)))?;
-    let ratio = 1.0 / ALIKE..ALIKE;
+    let ratio = 1.0 / ALIKE_DIAMETERS..ALIKE_DIAMETERS;
     centre(picture, work, nearest, known)
         .filter(|row| !(row.9 || row.10) && ratio.contains(&(row.4 / like.size)))
 }
@@ -85,7 +85,7 @@ pub(super) fn nearest(
         best = found
             .filter(|found| best.is_none_or(|best| found.7 > best.7))
             .or(best);
-        if best.is_some_and(|best| best.7 > SAME * like.score) {
+        if best.is_some_and(|best| best.7 > SAME_SCORE_SHARE * like.score) {
             break;
         }
     }

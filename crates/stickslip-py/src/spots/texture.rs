@@ -5,7 +5,7 @@ use numpy::ndarray::{Array2, Axis, Slice, Zip};
 use super::ground::LEAST_GROUND;
 
 /// Pixels up to which apart a ground with texture may be alike.
-const REACH: usize = 12;
+const TEXTURE_REACH: usize = 12;
 /// Smaller correlations may be those of the few pixels around a spot.
 const LEAST_CORRELATION: f64 = 0.15;
 
@@ -50,7 +50,7 @@ impl Texture {
         };
         let square = moment(Axis(0), 0).unwrap_or(f64::INFINITY);
         let [rows, columns] = [Axis(1), Axis(0)].map(|along| {
-            (1..=REACH)
+            (1..=TEXTURE_REACH)
                 .map_while(|apart| Some(moment(along, apart)? / square))
                 .take_while(|&alike| alike > LEAST_CORRELATION)
                 .collect::<Vec<f64>>()

@@ -3,21 +3,21 @@
 use std::ops::{Add, Deref, DerefMut, Mul, Neg, Sub};
 
 /// So many directions lie in the number itself: those of one mass with one contact and of ten parameters.
-const FEW: usize = 24;
+const FEW_DIRECTIONS: usize = 24;
 
 /// Derivatives, one a direction. Few of them ask for no memory, which would cost more than the arithmetic.
 #[derive(Debug)]
 pub enum Rates {
     /// They, and how many count.
-    Few([f64; FEW], usize),
+    Few([f64; FEW_DIRECTIONS], usize),
     /// Any number.
     Many(Vec<f64>),
 }
 
 impl Rates {
     fn zero(directions: usize) -> Self {
-        if directions <= FEW {
-            Self::Few([0.0; FEW], directions)
+        if directions <= FEW_DIRECTIONS {
+            Self::Few([0.0; FEW_DIRECTIONS], directions)
         } else {
             Self::Many(vec![0.0; directions])
         }
@@ -103,7 +103,7 @@ impl Dual {
     pub fn shift(&mut self, slope: f64, other: &Self) {
         // As many as there is room for: a count that is known lets a processor take several at once.
         if let (Rates::Few(rates, directions), Rates::Few(along, _)) = (&mut self.rates, &other.rates)
-            && *directions > FEW / 2
+            && *directions > FEW_DIRECTIONS / 2
         {
             for (rate, along) in rates.iter_mut().zip(along) {
                 *rate += slope * along;

@@ -68,14 +68,14 @@ pub(crate) const PI: Double = (std::f64::consts::PI, 1.224_646_799_147_353_2e-16
 pub(crate) const LN_2: Double = (std::f64::consts::LN_2, 2.319_046_813_846_299_6e-17);
 
 /// Steps of the tables: ln 2 and π in so many.
-pub(crate) const STEPS: usize = 64;
+pub(crate) const TABLE_STEPS: usize = 64;
 
 /// 2^(j/64).
-pub(crate) const POWERS: [f64; STEPS] = {
-    let mut table = [1.0; STEPS];
+pub(crate) const POWERS: [f64; TABLE_STEPS] = {
+    let mut table = [1.0; TABLE_STEPS];
     let mut j = 1;
-    while j < STEPS {
-        let x = multiply(LN_2, (j as f64 / STEPS as f64, 0.0));
+    while j < TABLE_STEPS {
+        let x = multiply(LN_2, (j as f64 / TABLE_STEPS as f64, 0.0));
         table[j] = series(x, 0, 1, false).0;
         j += 1;
     }
@@ -83,24 +83,24 @@ pub(crate) const POWERS: [f64; STEPS] = {
 };
 
 /// sin and cos of jπ/64 over a whole turn; an eighth of it is computed, the rest is symmetry.
-pub(crate) const CIRCLE: [Double; 2 * STEPS] = {
-    let mut table = [(0.0, 1.0); 2 * STEPS];
+pub(crate) const CIRCLE: [Double; 2 * TABLE_STEPS] = {
+    let mut table = [(0.0, 1.0); 2 * TABLE_STEPS];
     let mut j = 0;
-    while j < 2 * STEPS {
-        let octant = j % (STEPS / 2);
-        let folded = if octant > STEPS / 4 {
-            STEPS / 2 - octant
+    while j < 2 * TABLE_STEPS {
+        let octant = j % (TABLE_STEPS / 2);
+        let folded = if octant > TABLE_STEPS / 4 {
+            TABLE_STEPS / 2 - octant
         } else {
             octant
         };
-        let x = multiply(PI, (folded as f64 / STEPS as f64, 0.0));
+        let x = multiply(PI, (folded as f64 / TABLE_STEPS as f64, 0.0));
         let (sine, cosine) = (series(x, 1, 2, true).0, series(x, 0, 2, true).0);
-        let (sine, cosine) = if octant > STEPS / 4 {
+        let (sine, cosine) = if octant > TABLE_STEPS / 4 {
             (cosine, sine)
         } else {
             (sine, cosine)
         };
-        table[j] = match j / (STEPS / 2) {
+        table[j] = match j / (TABLE_STEPS / 2) {
             0 => (sine, cosine),
             1 => (cosine, -sine),
             2 => (-sine, -cosine),
@@ -120,7 +120,7 @@ const fn parts(x: Double) -> [f64; 3] {
     let rest = sum(x.0 - first, x.1);
     let second = short(rest.0);
     let third = (rest.0 - second) + rest.1;
-    let steps = STEPS as f64;
+    let steps = TABLE_STEPS as f64;
     [first / steps, second / steps, third / steps]
 }
 
@@ -152,9 +152,9 @@ fn remainder(bits: u64, n: usize) -> usize {
 #[inline]
 pub fn exp(x: f64) -> f64 {
     if x.abs() < 700.0 {
-        let (bits, r) = reduce(x, STEPS as f64 / LN_2.0, &LOG);
-        let power = POWERS[remainder(bits, STEPS)].to_bits();
-        let scale = f64::from_bits(power.wrapping_add((bits / STEPS as u64) << 52));
+        let (bits, r) = reduce(x, TABLE_STEPS as f64 / LN_2.0, &LOG);
+        let power = POWERS[remainder(bits, TABLE_STEPS)].to_bits();
+        let scale = f64::from_bits(power.wrapping_add((bits / TABLE_STEPS as u64) << 52));
         let square = r * r;
         let tail = (0.5 + r * (1.0 / 6.0)) + square * (1.0 / 24.0 + r * (1.0 / 120.0));
         scale + scale * (r + square * tail)
@@ -243,8 +243,8 @@ pub fn power(x: f64, n: f64) -> f64 {
 #[inline]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     if x.abs() < 40_000.0 {
-        let (bits, r) = reduce(x, STEPS as f64 / PI.0, &ARCTANGENT);
-        let (sine, cosine) = CIRCLE[remainder(bits, 2 * STEPS)];
+        let (bits, r) = reduce(x, TABLE_STEPS as f64 / PI.0, &ARCTANGENT);
+        let (sine, cosine) = CIRCLE[remainder(bits, 2 * TABLE_STEPS)];
         let square = r * r;
         let s = r + r * square * (-1.0 / 6.0 + square * (1.0 / 120.0 - square * (1.0 / 5040.0)));
         let c = square * (-0.5 + square * (1.0 / 24.0 - square * (1.0 / 720.0)));

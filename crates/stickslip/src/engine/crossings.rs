@@ -5,24 +5,24 @@
 //! met there, or by the slope that it is met once at the most. Doubt halves the cell, and what is in doubt still is marched
 //! through, see [`Cut::march`].
 
-use crate::flow::enclosure::{REACH, Span, bounds, larger, reach, sixth_and_seventh};
+use crate::flow::enclosure::{ENCLOSURE_REACH, Span, bounds, larger, reach, sixth_and_seventh};
 use crate::flow::exact::{Basis, Signal, Slip};
 use crate::lanes::root_of_quintic;
 use crate::surface::{Cut, Guard, Point};
 use crate::watch::Watched;
 
 /// As a part of the reach of an enclosure, how far samples are apart.
-const SHARE: f64 = 0.65;
+const SAMPLE_SHARE: f64 = 0.65;
 /// Samples between two that are evaluated exactly.
-const CELLS: u32 = 16;
+const CELLS_BETWEEN_EXACT: u32 = 16;
 /// How often a cell is halved.
-const HALVINGS: u32 = 3;
+const MOST_CELL_HALVINGS: u32 = 3;
 /// What so many multiplications can leave, in units of what is added up.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+const MARCH_ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A step so short, as a part of a cell, leaves an error of its fourth power.
-const SHORT: f64 = 1e-4;
+const SHORT_STEP: f64 = 1e-4;
 /// Steps to a root, at the most.
-const STEPS: u32 = 100;
+const MOST_ROOT_STEPS: u32 = 100;
 
 /// The functions a motion is made of, after a time between two samples.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +36,7 @@ impl<const H: usize> Stride<H> {
     pub(super) fn of(slip: &Slip<H>) -> Self {
         let each = slip.decay.exponents().into_iter().chain(slip.frequency);
         let fastest = each.fold(slip.decay.growing(), f64::max);
-        Self::over(slip, SHARE * REACH / fastest)
+        Self::over(slip, SAMPLE_SHARE * ENCLOSURE_REACH / fastest)
     }
 
     fn over(slip: &Slip<H>, h: f64) -> Self {
@@ -174,16 +174,16 @@ impl<'a, const H: usize> Crossings<'a, H> {
             let mut left = self.sample(t, &basis);
             // What grows does so by a factor of e in a cell, at the most.
             let reach = reach(left.bound[0], left.bound[1]).min(1.0 / self.slip.decay.growing());
-            let h = (SHARE * reach).min(to - t).max(4.0 * f64::EPSILON * t);
+            let h = (SAMPLE_SHARE * reach).min(to - t).max(4.0 * f64::EPSILON * t);
             let own = (h > 2.0 * usual.h).then(|| Stride::over(self.slip, h));
             let Stride { h, basis: step } = own.as_ref().unwrap_or(usual);
-            for _ in 0..CELLS {
+            for _ in 0..CELLS_BETWEEN_EXACT {
                 if receiver.watched.ends(t) {
                     return;
                 }
                 basis = basis.after(step, &self.slip.decay);
                 let right = self.sample(t + h, &basis);
-                self.cell(&left, &right, to, HALVINGS, receiver);
+                self.cell(&left, &right, to, MOST_CELL_HALVINGS, receiver);
                 (t, left) = (t + h, right);
                 if t >= to {
                     return;
@@ -194,7 +194,7 @@ impl<'a, const H: usize> Crossings<'a, H> {
 
     /// How large the value may be by rounding between two samples.
     fn noise(&self, left: &Sample, right: &Sample) -> f64 {
-        ROUNDING * (self.constant + larger(left.bound[0], right.bound[0]))
+        MARCH_ROUNDING * (self.constant + larger(left.bound[0], right.bound[0]))
     }
 
     /// Tell of the crossings between two samples; those after `to` do not count.
@@ -267,7 +267,7 @@ impl<'a, const H: usize> Crossings<'a, H> {
         let ends = [left, right].map(|sample| [0, 1, 2].map(|n| sign * sample.d[n]));
         let d = right.t - left.t;
         let mut t = left.t + root_of_quintic(ends[0], ends[1], d) * d;
-        for _ in 0..STEPS {
+        for _ in 0..MOST_ROOT_STEPS {
             let basis = self.slip.basis(t);
             let [value, slope, curvature, jerk] = self.values(&basis);
             if value.signum() == sign {
@@ -281,7 +281,7 @@ impl<'a, const H: usize> Crossings<'a, H> {
             let step = newton * (slope + 0.5 * bend) / (slope + bend + third * (1.0 / 6.0));
             let next = t + step;
             let inside = low <= next && next <= high;
-            if inside && step.abs() <= SHORT * d {
+            if inside && step.abs() <= SHORT_STEP * d {
                 return next;
             }
             t = if inside { next } else { 0.5 * (low + high) };

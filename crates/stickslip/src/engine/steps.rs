@@ -5,7 +5,7 @@ use crate::clock::Clock;
 use crate::error::Error;
 use crate::flow::taylor::{Coefficients, ForceLine, Frame, Motion};
 use crate::network::orbit::ExpandedSteps;
-use crate::network::{Loop, Orbit, ROUNDING, Run};
+use crate::network::{Loop, Orbit, Run, SPEED_ROUNDING};
 use crate::observer::{Course, Observer};
 use crate::series::{ORDER, Series, ZERO, at, curvature_bound, derivative, free_time, slope_at};
 use crate::simulate::Stop;
@@ -237,7 +237,7 @@ impl Engine for ReplaySteps<'_> {
                 frame: &steps.frame,
                 motion: &steps.motion,
                 force_lines: &steps.force_lines,
-                rounding: ROUNDING * scale,
+                rounding: SPEED_ROUNDING * scale,
             };
             let from = clock.until(after).max(0.0);
             if from < until || next.is_none() {

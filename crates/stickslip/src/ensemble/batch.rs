@@ -19,7 +19,7 @@ use crate::section::keep;
 use crate::simulate::Stop;
 
 /// So many runs are one task, and go in SIMD lanes.
-const ABREAST: usize = 64;
+const RUNS_ABREAST: usize = 64;
 
 /// What is varied and what is kept of each run.
 #[derive(Clone, Debug)]
@@ -90,13 +90,13 @@ impl Batch {
     /// # Errors
     /// The first row, in their order, whose values make no sense.
     pub fn rows(&self, range: Range<usize>, go_on: &(impl Fn() -> bool + Sync)) -> Result<Vec<Row>, Error> {
-        let blocks: Vec<_> = range.clone().step_by(ABREAST).collect();
+        let blocks: Vec<_> = range.clone().step_by(RUNS_ABREAST).collect();
         #[cfg(feature = "parallel")]
         let blocks = blocks.into_par_iter();
         #[cfg(not(feature = "parallel"))]
         let blocks = blocks.into_iter();
         let rows: Vec<Result<Vec<Row>, Error>> = blocks
-            .map(|first| self.block(first..range.end.min(first + ABREAST), go_on))
+            .map(|first| self.block(first..range.end.min(first + RUNS_ABREAST), go_on))
             .collect();
         Ok(rows.into_iter().collect::<Result<Vec<_>, _>>()?.concat())
     }

@@ -14,7 +14,7 @@ use crate::steady_motion::{Look, Steady, steady};
 use crate::surface::Surface;
 
 /// So many runs go in SIMD lanes, one after the other in each lane.
-const ABREAST: usize = 256;
+const RUNS_ABREAST: usize = 256;
 
 /// Many runs of one oscillator.
 #[derive(Clone, Debug)]
@@ -59,8 +59,8 @@ impl Sweep {
     ) -> Result<Vec<Steady>, Error> {
         let mut rows = Vec::with_capacity(range.len());
         let own = self.rows.oscillator();
-        for first in range.clone().step_by(ABREAST) {
-            let block = first..range.end.min(first + ABREAST);
+        for first in range.clone().step_by(RUNS_ABREAST) {
+            let block = first..range.end.min(first + RUNS_ABREAST);
             let models: Vec<_> = block
                 .clone()
                 .map(|index| {
@@ -159,7 +159,7 @@ impl Sweep {
         };
         let (from, to) = (before.values.clone(), self.rows.row(index));
         let (mut begin, mut done, mut step) = (begin.clone(), 0.0, 0.5);
-        while step >= FINEST {
+        while step >= FINEST_STEP {
             let share = done + step;
             let arrives = share == 1.0;
             let values: Vec<f64> = from
@@ -183,10 +183,10 @@ impl Sweep {
 }
 
 /// The smallest part of a step in which a chain follows a motion.
-const FINEST: f64 = 1.0 / 64.0;
+const FINEST_STEP: f64 = 1.0 / 64.0;
 
 /// A motion whose amplitude changes by more than this part from one step to the next may be another one.
-const JUMP: f64 = 0.25;
+const AMPLITUDE_JUMP: f64 = 0.25;
 
 /// What a chain has come to: the values of the row, and the kind and size of the motion there.
 #[derive(Clone, Debug, PartialEq)]
@@ -212,7 +212,7 @@ impl Link {
     /// Whether a row goes on with the motion, as far as kind and size can tell.
     fn continues(&self, row: &Steady) -> bool {
         let extent = row.x[1] - row.x[0];
-        let alike = (extent - self.extent).abs() <= JUMP * extent.max(self.extent);
+        let alike = (extent - self.extent).abs() <= AMPLITUDE_JUMP * extent.max(self.extent);
         self.regime == row.regime && (alike || self.regime.rests())
     }
 }

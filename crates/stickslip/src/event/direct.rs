@@ -15,16 +15,16 @@ use crate::series::INVERSE;
 use crate::watch::Watched;
 
 /// Degree of the Taylor polynomial at the start of slip, and at a sample beside the root.
-const DEGREE: usize = 12;
-const BESIDE: usize = 8;
+const START_DEGREE: usize = 12;
+const ROOT_DEGREE: usize = 8;
 /// In units of the time in which the motion changes: how far the first is good to rounding, how far it is a good guess.
-const EXACT: f64 = 0.3;
-const GUESS: f64 = 2.0;
+const EXACT_REACH: f64 = 0.3;
+const GUESS_REACH: f64 = 2.0;
 /// How far the second is good to rounding, and how far Householder's step is.
-const NEAR: f64 = 0.05;
-const NEXT: f64 = 1e-4;
+const NEAR_ROOT: f64 = 0.05;
+const HOUSEHOLDER_REACH: f64 = 1e-4;
 /// A motion whose amplitude changes by less than this in a radian is nearly a cosine.
-const SLOW: f64 = 0.3;
+const SLOW_DECAY: f64 = 0.3;
 
 /// The slip speed about its rest value: its value and rate at the start, and its coefficients and those of its rate.
 pub(super) struct Direct<'a, const H: usize> {
@@ -126,17 +126,17 @@ impl<'a, const H: usize> Direct<'a, H> {
         }
         let guess = 2.0 * distance / (self.rate + discriminant.sqrt().copysign(sense));
         let unit = 1.0 / self.decay.fastest();
-        if guess.is_nan() || guess >= GUESS * unit {
+        if guess.is_nan() || guess >= GUESS_REACH * unit {
             return None;
         }
-        let polynomial: [f64; DEGREE + 1] = coefficients(self.decay, self.value, self.rate);
-        let near = guess < EXACT * unit;
+        let polynomial: [f64; START_DEGREE + 1] = coefficients(self.decay, self.value, self.rate);
+        let near = guess < EXACT_REACH * unit;
         let settled = if near { 1e-8 * guess } else { 1e-4 * unit };
         let (t, slope) = root(&polynomial, target, guess, settled)?;
         if t <= 0.0 || slope * sense <= 0.0 {
             return None;
         }
-        if t < EXACT * unit && near {
+        if t < EXACT_REACH * unit && near {
             let start = self.phase.slip.start;
             return Some(self.arrive(
                 t,
@@ -163,7 +163,7 @@ impl<'a, const H: usize> Direct<'a, H> {
     ) -> Option<Arrival> {
         let decay = self.decay;
         let slow = decay.gamma * decay.per_omega;
-        if !(decay.oscillates() && slow.abs() < SLOW) {
+        if !(decay.oscillates() && slow.abs() < SLOW_DECAY) {
             return None;
         }
         // sense · u = e^{−γτ} amplitude cos(ωτ − phase), and at the root ωτ − phase is beyond 0.
@@ -224,16 +224,16 @@ impl<'a, const H: usize> Direct<'a, H> {
             if t + step <= 0.0 {
                 return None;
             }
-            let (step, slope, travel) = if far < NEXT && left.abs() <= rounding {
+            let (step, slope, travel) = if far < HOUSEHOLDER_REACH && left.abs() <= rounding {
                 let travel = step * (value + step * (0.5 * rate + step * (1.0 / 6.0) * curvature));
                 (step, rate + step * curvature, travel)
             } else {
-                work.fallbacks += u64::from(far < NEXT);
-                if far >= NEAR {
+                work.fallbacks += u64::from(far < HOUSEHOLDER_REACH);
+                if far >= NEAR_ROOT {
                     t += step;
                     continue;
                 }
-                let polynomial: [f64; BESIDE + 1] = coefficients(decay, value, rate);
+                let polynomial: [f64; ROOT_DEGREE + 1] = coefficients(decay, value, rate);
                 let guess = step;
                 let (step, slope) = root(&polynomial, target, guess, 1e-8 * guess.abs())?;
                 if t + step <= 0.0 || step.abs() > 2.0 * guess.abs() {

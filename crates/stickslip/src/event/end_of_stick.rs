@@ -1,9 +1,9 @@
 //! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
 
 use super::first_root::borne_step;
-use super::search::{DEGREE, Ends, Motion, Sample, first_exit};
+use super::search::{Ends, Motion, SEARCH_DEGREE, Sample, first_exit};
 use super::slip::{add_waves, waves};
-use super::{ANEW, BESIDE, Start, changes_sign};
+use super::{ANEW_ROUNDINGS, BESIDE_ROOT, Start, changes_sign};
 use crate::flow::enclosure::bounds;
 use crate::flow::exact::Stick;
 use crate::law::{End, Friction, Law, Rest};
@@ -42,8 +42,8 @@ impl<const H: usize> Motion<H> for Reaction<'_, H> {
         self.stick.frequency.iter().copied().fold(0.0, f64::max)
     }
 
-    fn derivatives(&self, sample: &Sample<H>) -> [f64; DEGREE + 1] {
-        let mut derivatives = [0.0; DEGREE + 1];
+    fn derivatives(&self, sample: &Sample<H>) -> [f64; SEARCH_DEGREE + 1] {
+        let mut derivatives = [0.0; SEARCH_DEGREE + 1];
         derivatives[1] = sample.free[1];
         add_waves(&sample.waves, &self.stick.frequency, &mut derivatives);
         derivatives[0] = sample.d[0];
@@ -134,14 +134,14 @@ pub fn end_of_stick<const H: usize>(
 /// The certificate of a break-away.
 fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, static_limit: Option<[f64; 2]>, t: f64) -> bool {
     let fastest = stick.frequency.iter().copied().fold(0.0, f64::max);
-    changes_sign(t, if H == 0 { 0.0 } else { BESIDE / fastest }, |t| {
+    changes_sign(t, if H == 0 { 0.0 } else { BESIDE_ROOT / fastest }, |t| {
         let (force, rate, _) = stick.at(t);
         let rest = Rest::new(t, rate.abs());
         let limit = static_limit.map_or_else(
             || law.toward(force.signum()).static_limit(rest),
             |[backward, forward]| if force < 0.0 { backward } else { forward },
         );
-        [limit - force.abs(), ANEW * stick.rounding(t, limit)]
+        [limit - force.abs(), ANEW_ROUNDINGS * stick.rounding(t, limit)]
     })
 }
 

@@ -25,16 +25,16 @@ pub(crate) fn borne_step(
 }
 
 /// A guard that starts below zero by so many times its rounding has been passed: something else happened that changed it.
-pub(crate) const PASSED: f64 = 1e6;
+pub(crate) const PASSED_GUARD_FACTOR: f64 = 1e6;
 
 /// A guard that hardly moves, and lies below zero by so many times its rounding, came there unseen. A step leads it on by no
 /// more than once its rounding, so that it is seen before it is four times that beyond.
-const LEFT_BEHIND: f64 = 2.0;
+const LEFT_BEHIND_ROUNDINGS: f64 = 2.0;
 
 /// As a part of the reach of a polynomial, how far before and after a root its certificate looks.
-pub(crate) const CERTIFIED: f64 = 1e-9;
+pub(crate) const CERTIFIED_BESIDE: f64 = 1e-9;
 /// How much of what rounding is to a search it may be to an evaluation of the whole polynomial.
-const MORE: f64 = 8.0;
+const POLYNOMIAL_ROUNDINGS: f64 = 8.0;
 
 /// The first h in [0, reach] at which a guard is no longer positive.
 ///
@@ -59,7 +59,9 @@ pub(crate) fn first_root(
         root.is_none_or(|h| if h == 0.0 {
             known[0] <= rounding
         } else {
-            changes_sign(h, CERTIFIED * reach, |t| [at(&known, t), MORE * rounding])
+            changes_sign(h, CERTIFIED_BESIDE * reach, |t| {
+                [at(&known, t), POLYNOMIAL_ROUNDINGS * rounding]
+            })
         }),
         "{root:?} is no root of {known:?} within {reach}"
     );
@@ -68,14 +70,14 @@ pub(crate) fn first_root(
 
 fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &mut Vec<f64>) -> Option<f64> {
     let mut series = *guard;
-    if series[0] < -PASSED * rounding {
+    if series[0] < -PASSED_GUARD_FACTOR * rounding {
         return Some(0.0);
     }
     let (mut armed, mut left) = (0, false);
     if series[0] <= rounding {
         // A guard that stays within rounding of zero throughout says nothing: two bodies that move on together. One that came
         // below it so slowly that no step showed it has been passed.
-        if series[0] >= -LEFT_BEHIND * rounding && swing_bound(&series, reach) <= rounding {
+        if series[0] >= -LEFT_BEHIND_ROUNDINGS * rounding && swing_bound(&series, reach) <= rounding {
             return None;
         }
         // Where it is led by a higher power, as under a force at its crest, that one says where it goes.

@@ -2,7 +2,7 @@
 //! an end of the piece is crossed there exactly once or not at all.
 
 use super::direct::Direct;
-use super::search::{ROUNDING, rounding_of};
+use super::search::{TOUCH_ROUNDING, rounding_of};
 use super::{Arrival, SlipPhase};
 use crate::elementary::{acos, atan2, atanh, exp, ln};
 use crate::flow::exact::{Basis, Signal};
@@ -171,7 +171,7 @@ impl<'a, 'w, const H: usize> Search<'a, 'w, H> {
                         let basis = self.basis(extremum);
                         self.u.at(&basis)
                     };
-                    let rounding = ROUNDING * (self.u.constant.abs() + (value - self.u.constant).abs());
+                    let rounding = TOUCH_ROUNDING * (self.u.constant.abs() + (value - self.u.constant).abs());
                     if (value - target).abs() <= rounding {
                         self.work.grazes += 1;
                     } else if beyond(value) {

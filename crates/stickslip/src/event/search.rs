@@ -12,15 +12,15 @@ use crate::series::INVERSE;
 use crate::watch::Watched;
 
 /// As a part of the distance between samples, how near a sample must be to a root for its Taylor polynomial to give it to rounding.
-const NEAR: f64 = 0.02;
+const NEAR_ROOT: f64 = 0.02;
 /// A step that is so short a part of that distance, and away from a touch, need not be polished: its error is of the fourth order.
-const NEXT: f64 = 5e-5;
+const SHORT_STEP: f64 = 5e-5;
 /// A motion that grows does so by the exponential of this from one sample to the next, at the most.
-const GROWN: f64 = 40.0;
+const MOST_GROWTH_EXPONENT: f64 = 40.0;
 /// Degree of that polynomial.
-pub(super) const DEGREE: usize = 8;
+pub(super) const SEARCH_DEGREE: usize = 8;
 /// A touch this deep, in units of what is added up, is rounding.
-pub(super) const ROUNDING: f64 = 8.0 * f64::EPSILON;
+pub(super) const TOUCH_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// A quantity along a mode: a free part and harmonics.
 pub(super) trait Motion<const H: usize> {
@@ -41,7 +41,7 @@ pub(super) trait Motion<const H: usize> {
     }
 
     /// Its derivatives, two from two of each part.
-    fn derivatives(&self, sample: &Sample<H>) -> [f64; DEGREE + 1];
+    fn derivatives(&self, sample: &Sample<H>) -> [f64; SEARCH_DEGREE + 1];
 }
 
 /// A quantity at one time.
@@ -128,7 +128,7 @@ impl Guard {
         } else {
             motion.terms_of_rate(sample)
         };
-        ROUNDING * terms
+        TOUCH_ROUNDING * terms
     }
 
     /// A bound of what the Taylor polynomial leaves out of a margin after a step. A fast part far smaller than the others is
@@ -165,7 +165,7 @@ impl Guard {
 
 /// How large a sum of such terms may be by rounding alone.
 pub(super) fn rounding_of(terms: [f64; 3]) -> f64 {
-    ROUNDING * terms.iter().map(|term| term.abs()).sum::<f64>()
+    TOUCH_ROUNDING * terms.iter().map(|term| term.abs()).sum::<f64>()
 }
 
 /// A margin below zero: beyond the end by more than a touch within rounding, which would turn back there.
@@ -191,12 +191,12 @@ pub(super) fn polynomial(coefficients: &[f64], h: f64) -> [f64; 3] {
 
 /// The polynomial, or its derivative.
 #[inline]
-fn differentiated(coefficients: [f64; DEGREE + 1], order: usize) -> [f64; DEGREE + 1] {
+fn differentiated(coefficients: [f64; SEARCH_DEGREE + 1], order: usize) -> [f64; SEARCH_DEGREE + 1] {
     if order == 0 {
         return coefficients;
     }
-    let mut result = [0.0; DEGREE + 1];
-    for k in 0..DEGREE {
+    let mut result = [0.0; SEARCH_DEGREE + 1];
+    for k in 0..SEARCH_DEGREE {
         result[k] = (k + 1) as f64 * coefficients[k + 1];
     }
     result
@@ -243,7 +243,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
     /// How near a root must be to follow from the Taylor polynomial. Even a part that has died away to rounding grows in it.
     #[inline]
     fn near(&self, reach: f64) -> f64 {
-        (NEAR * reach).min(1.0 / self.motion.fastest())
+        (NEAR_ROOT * reach).min(1.0 / self.motion.fastest())
     }
 
     /// The ends that can be reached; infinite ones cannot.
@@ -295,10 +295,10 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
 
     /// Taylor coefficients of the motion at a sample.
     #[inline]
-    fn coefficients(&self, sample: &Sample<H>) -> [f64; DEGREE + 1] {
+    fn coefficients(&self, sample: &Sample<H>) -> [f64; SEARCH_DEGREE + 1] {
         let mut coefficients = self.motion.derivatives(sample);
         let mut factorial = 1.0;
-        for k in 2..=DEGREE {
+        for k in 2..=SEARCH_DEGREE {
             factorial *= INVERSE[k];
             coefficients[k] *= factorial;
         }
@@ -329,7 +329,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
         let mut end = *sample;
         let travel;
         let [value, slope, curvature, jerk] = sample.d;
-        let short = step.abs() < NEXT * sample.reach() && (step * curvature).abs() < 1e-4 * slope.abs();
+        let short = step.abs() < SHORT_STEP * sample.reach() && (step * curvature).abs() < 1e-4 * slope.abs();
         if n == 0 && short {
             travel = step * (value + step * (0.5 * slope + step * (1.0 / 6.0) * curvature));
             end.d[0] = value + step * (slope + step * (0.5 * curvature + step * (1.0 / 6.0) * jerk));
@@ -456,7 +456,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
                 sample
             } else {
                 // A motion that grows from next to nothing would leave the numbers in one step.
-                let mut step = left.reach().min(GROWN / self.motion.growing());
+                let mut step = left.reach().min(MOST_GROWTH_EXPONENT / self.motion.growing());
                 let mut aimed = None;
                 if let Some((guard, newton)) = self.ahead(&left)
                     && newton < step
@@ -502,7 +502,7 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
                 }
             };
             let d = right.t - left.t;
-            if d <= f64::EPSILON * (right.t + NEAR / self.motion.fastest()) {
+            if d <= f64::EPSILON * (right.t + NEAR_ROOT / self.motion.fastest()) {
                 if crossed {
                     return Some(Self::here(&right, guard.end));
                 }

@@ -1,8 +1,8 @@
 //! When slip along a piece of friction ends.
 
 use super::free::end_of_free_slip;
-use super::search::{DEGREE, Ends, Guard, Motion, Sample, first_exit};
-use super::{ANEW, BESIDE, Start, changes_sign};
+use super::search::{Ends, Guard, Motion, SEARCH_DEGREE, Sample, first_exit};
+use super::{ANEW_ROUNDINGS, BESIDE_ROOT, Start, changes_sign};
 use crate::flow::enclosure::{bounds, sixth_and_seventh};
 use crate::flow::exact::{Signal, Slip};
 use crate::law::{End, Piece};
@@ -75,11 +75,11 @@ fn is_end<const H: usize>(phase: &SlipPhase<H>, arrival: &Arrival) -> bool {
     };
     // Rounding of the start grows as the motion does.
     let grown = guard.rounding(&speed.at(0.0), &speed) * phase.slip.decay.growth(arrival.t);
-    changes_sign(arrival.t, BESIDE / speed.fastest, |t| {
+    changes_sign(arrival.t, BESIDE_ROOT / speed.fastest, |t| {
         let sample = speed.at(t);
         [
             guard.margin(&sample)[0],
-            ANEW * (guard.rounding(&sample, &speed) + grown),
+            ANEW_ROUNDINGS * (guard.rounding(&sample, &speed) + grown),
         ]
     })
 }
@@ -201,7 +201,7 @@ pub(super) fn waves<const H: usize>(
 pub(super) fn add_waves<const H: usize>(
     waves: &[[f64; 2]; H],
     frequency: &[f64; H],
-    derivatives: &mut [f64; DEGREE + 1],
+    derivatives: &mut [f64; SEARCH_DEGREE + 1],
 ) {
     for j in 0..H {
         let [mut even, mut odd] = waves[j];
@@ -274,10 +274,10 @@ impl<const H: usize> Motion<H> for Speed<H> {
                 .sum::<f64>()
     }
 
-    fn derivatives(&self, sample: &Sample<H>) -> [f64; DEGREE + 1] {
-        let mut derivatives = [0.0; DEGREE + 1];
+    fn derivatives(&self, sample: &Sample<H>) -> [f64; SEARCH_DEGREE + 1] {
+        let mut derivatives = [0.0; SEARCH_DEGREE + 1];
         derivatives[..2].copy_from_slice(&sample.free);
-        for n in 2..=DEGREE {
+        for n in 2..=SEARCH_DEGREE {
             derivatives[n] =
                 -2.0 * self.slip.decay.gamma * derivatives[n - 1] - self.natural * derivatives[n - 2];
         }

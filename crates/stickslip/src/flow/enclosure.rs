@@ -6,7 +6,7 @@
 //! is seen to leave it.
 
 /// Distance between samples, in units of the time in which the motion changes.
-pub(crate) const REACH: f64 = 2.2;
+pub(crate) const ENCLOSURE_REACH: f64 = 2.2;
 
 /// How far the next sample may be from one of a function of this size and with this bound of its sixth derivative. The sixth
 /// root need not be exact.
@@ -14,7 +14,7 @@ pub(crate) const REACH: f64 = 2.2;
 pub(crate) fn reach(size: f64, sixth: f64) -> f64 {
     const SIXTH_OF_ONE: u64 = 1.0f64.to_bits() / 6 * 5;
     if sixth > 0.0 {
-        REACH * f64::from_bits((size / sixth).to_bits() / 6 + SIXTH_OF_ONE)
+        ENCLOSURE_REACH * f64::from_bits((size / sixth).to_bits() / 6 + SIXTH_OF_ONE)
     } else {
         f64::INFINITY
     }

@@ -23,9 +23,9 @@ pub struct Decay {
 }
 
 /// Below this ratio of ω to γ the two exponents count as one.
-const NEARLY: f64 = 1e-3;
+const NEARLY_CRITICAL: f64 = 1e-3;
 /// Above this ratio of ω to γ a motion that does not oscillate is the sum of its two exponentials.
-const SEPARATE: f64 = 0.1;
+const SEPARATE_EXPONENTS: f64 = 0.1;
 
 impl Decay {
     /// Of mass, damping and stiffness.
@@ -41,7 +41,7 @@ impl Decay {
             omega,
             per_omega: 1.0 / omega,
             natural_squared,
-            separates: kappa > 0.0 && omega > SEPARATE * gamma.abs(),
+            separates: kappa > 0.0 && omega > SEPARATE_EXPONENTS * gamma.abs(),
         }
     }
 
@@ -63,7 +63,7 @@ impl Decay {
 
     /// The sizes of the exponents −γ ± √κ.
     pub(crate) fn exponents(&self) -> [f64; 2] {
-        if self.omega < NEARLY * self.gamma.abs() || self.oscillates() {
+        if self.omega < NEARLY_CRITICAL * self.gamma.abs() || self.oscillates() {
             [self.natural_squared.sqrt(); 2]
         } else {
             let (one, two) = self.roots();
@@ -74,7 +74,7 @@ impl Decay {
     /// A free motion that has `value` and `rate` now is at any later time, as is each of its first eight derivatives, no
     /// larger than Σ amplitude · |exponent|ⁿ: these are its amplitudes. One that grows was no larger up to now.
     pub(crate) fn amplitudes(&self, value: f64, rate: f64) -> [f64; 2] {
-        if self.omega < NEARLY * self.gamma.abs() {
+        if self.omega < NEARLY_CRITICAL * self.gamma.abs() {
             // Nearly critical: value + (rate + γ value) t times an exponential.
             let amplitude = value.abs() + 16.0 * ((rate + self.gamma * value) / self.gamma).abs();
             return [1.1 * amplitude, 0.0];

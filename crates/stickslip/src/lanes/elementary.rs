@@ -2,21 +2,21 @@
 
 use stickslip_lanes::Lane;
 
-use crate::elementary::{ARCTANGENT, CIRCLE, LN_2, LOG, PI, POWERS, ROUND, STEPS};
+use crate::elementary::{ARCTANGENT, CIRCLE, LN_2, LOG, PI, POWERS, ROUND, TABLE_STEPS};
 
-const fn circle(second: bool) -> [f64; 2 * STEPS] {
-    let mut table = [0.0; 2 * STEPS];
+const fn circle(second: bool) -> [f64; 2 * TABLE_STEPS] {
+    let mut table = [0.0; 2 * TABLE_STEPS];
     let mut j = 0;
-    while j < 2 * STEPS {
+    while j < 2 * TABLE_STEPS {
         table[j] = if second { CIRCLE[j].1 } else { CIRCLE[j].0 };
         j += 1;
     }
     table
 }
 
-static SINES: [f64; 2 * STEPS] = circle(false);
-static COSINES: [f64; 2 * STEPS] = circle(true);
-static POWERS_OF_TWO: [f64; STEPS] = POWERS;
+static SINES: [f64; 2 * TABLE_STEPS] = circle(false);
+static COSINES: [f64; 2 * TABLE_STEPS] = circle(true);
+static POWERS_OF_TWO: [f64; TABLE_STEPS] = POWERS;
 
 /// x as steps and a rest; the lowest bits of the first are those of their number.
 #[inline(always)]
@@ -31,8 +31,8 @@ fn reduce<L: Lane>(x: L, per_unit: f64, step: &[f64; 3]) -> (L, L) {
 #[inline(always)]
 pub(super) fn exp<L: Lane>(x: L) -> L {
     let c = L::splat;
-    let (k, r) = reduce(x, STEPS as f64 / LN_2.0, &LOG);
-    let scale = k.pick(&POWERS_OF_TWO).stretch::<{ STEPS.ilog2() }>(k);
+    let (k, r) = reduce(x, TABLE_STEPS as f64 / LN_2.0, &LOG);
+    let scale = k.pick(&POWERS_OF_TWO).stretch::<{ TABLE_STEPS.ilog2() }>(k);
     let square = r * r;
     let tail = (c(0.5) + r * c(1.0 / 6.0)) + square * (c(1.0 / 24.0) + r * c(1.0 / 120.0));
     scale + scale * (r + square * tail)
@@ -42,7 +42,7 @@ pub(super) fn exp<L: Lane>(x: L) -> L {
 #[inline(always)]
 pub(super) fn sin_cos<L: Lane>(x: L) -> (L, L) {
     let n = L::splat;
-    let (k, r) = reduce(x, STEPS as f64 / PI.0, &ARCTANGENT);
+    let (k, r) = reduce(x, TABLE_STEPS as f64 / PI.0, &ARCTANGENT);
     let (sine, cosine) = (k.pick(&SINES), k.pick(&COSINES));
     let square = r * r;
     let s = r + r * square * (n(-1.0 / 6.0) + square * (n(1.0 / 120.0) - square * n(1.0 / 5040.0)));

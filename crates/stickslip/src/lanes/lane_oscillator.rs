@@ -126,7 +126,7 @@ lanes! {
 }
 
 /// How often a distance between samples is halved before a lane is given to the search that has no such limit.
-pub(super) const HALVINGS: usize = 5;
+pub(super) const STEP_HALVINGS: usize = 5;
 /// The distance between samples, in units of the time in which the motion changes.
 const SAMPLE_REACH: f64 = 1.5;
 
@@ -134,7 +134,7 @@ const SAMPLE_REACH: f64 = 1.5;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
     pub(super) line: Line<f64>,
-    pub(super) steps: [Step<f64>; HALVINGS + 1],
+    pub(super) steps: [Step<f64>; STEP_HALVINGS + 1],
     piece: Piece,
 }
 

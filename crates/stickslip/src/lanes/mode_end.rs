@@ -2,13 +2,13 @@
 
 use stickslip_lanes::{Lane, Mask};
 
-use super::lane_oscillator::{Constants, HALVINGS, Line, State, Step, Track};
+use super::lane_oscillator::{Constants, Line, STEP_HALVINGS, State, Step, Track};
 use super::{slip, stick};
 
 /// The line of friction that each lane is on, and the steps along it.
 pub(super) struct CurrentLine<L> {
     pub(super) line: Line<L>,
-    pub(super) steps: [Step<L>; HALVINGS + 1],
+    pub(super) steps: [Step<L>; STEP_HALVINGS + 1],
 }
 
 impl<L: Lane> CurrentLine<L> {

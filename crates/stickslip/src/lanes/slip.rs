@@ -9,14 +9,14 @@
 use stickslip_lanes::{Lane, Mask};
 
 use super::elementary::{exp, reversed, sin_cos};
-use super::lane_oscillator::{Constants, End, HALVINGS, Line, State, Step};
+use super::lane_oscillator::{Constants, End, Line, STEP_HALVINGS, State, Step};
 
 /// So many cells; a slip that lasts longer, by the longest of them, is likely to last for ever. Rounding grows with every cell.
-const CELLS: u32 = 256;
+const MOST_CELLS: u32 = 256;
 /// So many exact evaluations.
-const ROUNDS: usize = 8;
+const MOST_EXACT_EVALUATIONS: usize = 8;
 /// Degree of the Taylor polynomial.
-const DEGREE: usize = 7;
+const TAYLOR_DEGREE: usize = 7;
 
 /// Where slip ends.
 pub(super) struct Arrival<L: Lane> {
@@ -115,9 +115,9 @@ fn basis<L: Lane>(line: &Line<L>, at: L) -> (L, L) {
 
 /// Σ d_k τᵏ/k!, its slope and its curvature.
 #[inline(always)]
-fn expanded<L: Lane>(d: &[L; DEGREE + 1], tau: L) -> [L; 3] {
-    let mut sums = [d[DEGREE]; 3];
-    for k in (1..=DEGREE).rev() {
+fn expanded<L: Lane>(d: &[L; TAYLOR_DEGREE + 1], tau: L) -> [L; 3] {
+    let mut sums = [d[TAYLOR_DEGREE]; 3];
+    for k in (1..=TAYLOR_DEGREE).rev() {
         for (order, sum) in sums.iter_mut().enumerate() {
             if k > order {
                 *sum = d[k - 1] + *sum * (tau * L::splat(1.0 / (k - order) as f64));
@@ -161,7 +161,7 @@ pub(super) fn root_of_quintic<L: Lane>(left: [L; 3], right: [L; 3], d: L) -> L {
 pub(super) fn arrival<L: Lane>(
     c: &Constants<L>,
     line: &Line<L>,
-    steps: &[Step<L>; HALVINGS + 1],
+    steps: &[Step<L>; STEP_HALVINGS + 1],
     state: &State<L>,
     horizon: L,
     slips: L::Mask,
@@ -216,7 +216,7 @@ pub(super) fn arrival<L: Lane>(
     // A cell that starts on zero may be clear within rounding; what follows must be clear by more than what rounding adds up to.
     let mut least_clear = -rounding;
     let mut drift = rounding;
-    for _ in 0..CELLS {
+    for _ in 0..MOST_CELLS {
         let (next_value, next_rate) = (
             step.f11 * value + step.f12 * rate,
             step.f21 * value + step.f22 * rate,
@@ -238,7 +238,7 @@ pub(super) fn arrival<L: Lane>(
             clear = clear & (least_clear.at_most(least(one, other, step.h, slack)) | !bounded);
         }
         let clear = clear & !beyond;
-        let closer = active & !clear & !beyond & level.below(n(HALVINGS as f64));
+        let closer = active & !clear & !beyond & level.below(n(STEP_HALVINGS as f64));
         if closer.any() {
             level = L::choose(closer, level + one, level);
             // By the levels there are: to choose among all steps is to load them all for every slip.
@@ -308,7 +308,7 @@ pub(super) fn arrival<L: Lane>(
     let mut at = gone + root_of_quintic(left.0, right.0, d) * d;
     let (mut early, mut late) = (gone, gone + d);
     let mut open = crossed;
-    for _ in 0..ROUNDS {
+    for _ in 0..MOST_EXACT_EVALUATIONS {
         if !open.any() {
             break;
         }
@@ -316,12 +316,12 @@ pub(super) fn arrival<L: Lane>(
         let (cos, sin) = basis(line, at);
         let (periods, t) = wrapped(c, state.t, at);
         let (wave_sin, wave_cos) = sin_cos(c.frequency * t);
-        let mut free = [value0 * cos + (rate0 + line.gamma * value0) * sin; DEGREE + 1];
+        let mut free = [value0 * cos + (rate0 + line.gamma * value0) * sin; TAYLOR_DEGREE + 1];
         free[1] = rate0 * cos - (c.natural_squared * value0 + line.gamma * rate0) * sin;
         let mut wave =
-            [-(sign * c.frequency * (line.behind * wave_cos - line.within * wave_sin)); DEGREE + 1];
+            [-(sign * c.frequency * (line.behind * wave_cos - line.within * wave_sin)); TAYLOR_DEGREE + 1];
         wave[1] = sign * c.frequency_squared * (line.within * wave_cos + line.behind * wave_sin);
-        for k in 2..=DEGREE {
+        for k in 2..=TAYLOR_DEGREE {
             free[k] = -(line.twice_gamma * free[k - 1]) - c.natural_squared * free[k - 2];
             wave[k] = -(c.frequency_squared * wave[k - 2]);
         }
@@ -369,8 +369,8 @@ pub(super) fn arrival<L: Lane>(
         }
         let take = open & near & sure;
         // The integral of the polynomial.
-        let mut travel = g[DEGREE] * n(1.0 / (DEGREE + 1) as f64);
-        for k in (0..DEGREE).rev() {
+        let mut travel = g[TAYLOR_DEGREE] * n(1.0 / (TAYLOR_DEGREE + 1) as f64);
+        for k in (0..TAYLOR_DEGREE).rev() {
             travel = (g[k] + by * travel) * n(1.0 / (k + 1) as f64);
         }
         let travel = by * travel;

@@ -15,17 +15,17 @@ use super::slip::wrapped;
 use crate::elementary::PI;
 
 /// So many evaluations of the force; then a lane is given to the other search.
-const ROUNDS: usize = 12;
+const MOST_FORCE_EVALUATIONS: usize = 12;
 
 /// Adhesion for a shorter angle of the force is left to the other search, which knows the stick time to all its digits.
-const SHORT: f64 = 0.01;
+const SHORT_STICK_ANGLE: f64 = 0.01;
 
 /// So often a limit that grows is raised; then a lane is given to the other search.
-const RAISES: usize = 8;
+const MOST_LIMIT_RAISES: usize = 8;
 /// So many evaluations where force and limit meet, and how far that may be, as an angle of the force, also before by rounding.
-const STEPS: usize = 5;
-const NEAR: f64 = 0.1;
-const ROUNDING: f64 = 1e-12;
+const MEETING_STEPS: usize = 5;
+const MEETING_REACH: f64 = 0.1;
+const MEETING_ROUNDING: f64 = 1e-12;
 
 /// Where adhesion ends.
 pub(super) struct Release<L: Lane> {
@@ -55,7 +55,7 @@ pub(super) fn release<L: Lane>(c: &Constants<L>, state: &State<L>, stuck: L::Mas
     let grows = stuck & L::splat(0.0).below(c.growth);
     let mut release = Release::unknown();
     let (mut limit, mut evaluations) = (c.static_limit, 0);
-    for _ in 0..RAISES {
+    for _ in 0..MOST_LIMIT_RAISES {
         release = reaching(c, state, limit, stuck);
         if !grows.any() {
             break;
@@ -93,23 +93,23 @@ fn meeting<L: Lane>(c: &Constants<L>, release: &mut Release<L>, open: L::Mask) -
     let faster = sense * (c.rise + change * sin) - slope;
     let mut by = (first - level) / faster;
     let (mut wave, mut limit, mut left) = ((cos, sin), first, n(0.0));
-    for step in 0..STEPS {
+    for step in 0..MEETING_STEPS {
         wave = reversed((cos, sin), c.frequency * by);
         let [now, slope] = grown(c, rest + by);
         limit = now;
         left = (level - limit) + sense * (c.rise * by + c.force * (cos - wave.0));
-        if step + 1 < STEPS {
+        if step + 1 < MEETING_STEPS {
             by = by - left / (sense * (c.rise + change * wave.1) - slope);
         }
     }
     // The rate of the force falls by no more than this on the way, the growth of the limit does not rise.
     let falls = change * c.frequency * by;
     let met = open
-        & n(-ROUNDING).at_most(c.frequency * by)
-        & (c.frequency * by).below(n(NEAR))
+        & n(-MEETING_ROUNDING).at_most(c.frequency * by)
+        & (c.frequency * by).below(n(MEETING_REACH))
         & falls.below(faster)
         & left.abs().at_most(c.faint);
-    release.evaluations += STEPS as u64;
+    release.evaluations += MEETING_STEPS as u64;
     release.limit = limit;
     release.end.lasted = rest + by;
     let (more, t) = wrapped(c, release.end.t, by);
@@ -201,7 +201,7 @@ fn reaching<L: Lane>(c: &Constants<L>, state: &State<L>, limit: L, stuck: L::Mas
         limit,
         ..Release::unknown()
     };
-    for _ in 0..ROUNDS {
+    for _ in 0..MOST_FORCE_EVALUATIONS {
         if !open.any() {
             break;
         }
@@ -230,7 +230,7 @@ fn reaching<L: Lane>(c: &Constants<L>, state: &State<L>, limit: L, stuck: L::Mas
         let near = first.abs().below(n(0.1)) & second.abs().below(n(3e-6));
         let inside = low.below(to + n(1e-9)) & to.at_most(high + n(1e-9)) & zero.below(slope1);
         // The difference of two angles has few digits where it is small.
-        let long = n(SHORT).below(to - start);
+        let long = n(SHORT_STICK_ANGLE).below(to - start);
         let take = open & near & inside & left.abs().at_most(c.faint) & long;
         release.end.lasted = L::choose(take, step + by * c.per_frequency, release.end.lasted);
         let (more, t) = wrapped(c, t, by * c.per_frequency);

@@ -8,17 +8,17 @@ use crate::law::declaration::{Limited, parameters};
 use crate::series::{Grown, Series, ZERO, compose};
 
 /// The highest degree of a polynomial.
-const HIGHEST: usize = 16;
+const HIGHEST_DEGREE: usize = 16;
 
 /// So far into the piece beside it, relative to its width, a polynomial may go on as the one there,
-const STRIDE: f64 = 0.02;
+const STRIDE_SHARE: f64 = 0.02;
 /// if they differ by no more than this share.
-const ALIKE: f64 = 1e-13;
+const SAME_PIECE_SHARE: f64 = 1e-13;
 
 /// What the degree is where a document leaves it out.
 #[expect(clippy::cast_precision_loss, reason = "a small whole number")]
 fn highest() -> f64 {
-    HIGHEST as f64
+    HIGHEST_DEGREE as f64
 }
 
 parameters! {
@@ -70,8 +70,8 @@ fn ends(nodes: &[Point]) -> [f64; 2] {
 
 /// A polynomial by Newton's divided differences.
 struct Newton {
-    at: [f64; HIGHEST + 1],
-    differences: [f64; HIGHEST + 1],
+    at: [f64; HIGHEST_DEGREE + 1],
+    differences: [f64; HIGHEST_DEGREE + 1],
     count: usize,
 }
 
@@ -80,7 +80,7 @@ impl Newton {
     /// size of rounding.
     fn through(nodes: &[Point]) -> Self {
         let count = nodes.len();
-        let (mut at, mut differences) = ([0.0; HIGHEST + 1], [0.0; HIGHEST + 1]);
+        let (mut at, mut differences) = ([0.0; HIGHEST_DEGREE + 1], [0.0; HIGHEST_DEGREE + 1]);
         let spread = (0_u32..32).map(|i| (i.reverse_bits() >> 27) as usize);
         for (i, index) in spread.filter(|index| *index < count).enumerate() {
             [at[i], differences[i]] = nodes[index];
@@ -100,15 +100,15 @@ impl Newton {
     /// How far beyond a knot a motion may go unseen, into the piece through `beside` of a width with the sign of the way, or into
     /// the tangent: hardly any distance, unless the one goes on as the other.
     fn stride(&self, beside: Option<&[Point]>, knot: f64, width: f64) -> f64 {
-        let at = knot + STRIDE * width;
+        let at = knot + STRIDE_SHARE * width;
         let [here, slope] = self.value_and_slope(knot);
         let [ahead, _] = self.value_and_slope(at);
         let other = match beside {
             Some(nodes) => Self::through(nodes).value_and_slope(at)[0],
             None => here + slope * (at - knot),
         };
-        let alike = (ahead - other).abs() <= ALIKE * (here.abs() + (ahead - here).abs());
-        width.abs() * if alike { STRIDE } else { 1e-10 }
+        let alike = (ahead - other).abs() <= SAME_PIECE_SHARE * (here.abs() + (ahead - here).abs());
+        width.abs() * if alike { STRIDE_SHARE } else { 1e-10 }
     }
 
     fn value_and_slope(&self, u: f64) -> [f64; 2] {
@@ -122,8 +122,8 @@ impl Newton {
     }
 
     /// In powers of (· − u).
-    fn powers(&self, u: f64) -> [f64; HIGHEST + 1] {
-        let mut powers = [0.0; HIGHEST + 1];
+    fn powers(&self, u: f64) -> [f64; HIGHEST_DEGREE + 1] {
+        let mut powers = [0.0; HIGHEST_DEGREE + 1];
         for i in (0..self.count).rev() {
             let away = u - self.at[i];
             for k in (1..self.count - i).rev() {

@@ -38,7 +38,7 @@ macro_rules! with_harmonics {
 pub(crate) use with_harmonics;
 
 /// The closed form of a response loses as many digits as this is small.
-const FAINT: f64 = 1e-3;
+const FAINT_RESPONSE: f64 = 1e-3;
 
 /// m ẍ + D ẋ + k x = F(w, memory) + Σ A cos(Ω t + φ), w = s − ẋ; x is measured from the equilibrium of the moving drive.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -136,9 +136,9 @@ impl Oscillator {
         let met = |slope: f64| {
             self.forcing
                 .iter()
-                .any(|harmonic| self.detuning(slope, harmonic.frequency) < FAINT)
+                .any(|harmonic| self.detuning(slope, harmonic.frequency) < FAINT_RESPONSE)
         };
-        let tuned = |harmonic: &Harmonic| self.detuning(-self.damping, harmonic.frequency) < FAINT;
+        let tuned = |harmonic: &Harmonic| self.detuning(-self.damping, harmonic.frequency) < FAINT_RESPONSE;
         if self.law.smooth() || !self.forcing.iter().any(tuned) {
             return false;
         }

@@ -15,7 +15,7 @@ use crate::system::System;
 use regular::{Steep, steep};
 
 /// The part of a variable over which differences are taken: the root of the rounding.
-const DIFFERENCE: f64 = 1.5e-8;
+const DIFFERENCE_SHARE: f64 = 1.5e-8;
 
 /// M ẍ + D ẋ + K x = Σ b_c F_c(w_c, z_c) + Σ e_i A cos(Ω t + φ), ż_c = g_c(w_c, z_c), in the variables [x, q, z].
 ///
@@ -148,7 +148,7 @@ impl StateSystem {
         let mut matrix = vec![0.0; n * n];
         let mut moved = y.to_vec();
         for j in 0..n {
-            moved[j] += DIFFERENCE * y[j].abs().max(scales[j]);
+            moved[j] += DIFFERENCE_SHARE * y[j].abs().max(scales[j]);
             let by = moved[j] - y[j];
             for (i, (there, here)) in self
                 .regular_rates(t, &moved, least)
@@ -160,7 +160,7 @@ impl StateSystem {
             }
             moved[j] = y[j];
         }
-        let by = DIFFERENCE * t.max(self.period());
+        let by = DIFFERENCE_SHARE * t.max(self.period());
         let later = self.regular_rates(t + by, y, least).into_iter().zip(slope);
         (matrix, later.map(|(there, here)| (there - here) / by).collect())
     }

@@ -147,7 +147,7 @@ impl<L: Checked + Clone + DeserializeOwned> System<L> {
 }
 
 /// The least part of a mass that the others must leave alone: accelerations have fewer digits by as much.
-const ALONE: f64 = 1e-9;
+const LEAST_OWN_MASS: f64 = 1e-9;
 
 impl<L: Checked + DeserializeOwned> System<L> {
     /// A system from its JSON document.
@@ -265,7 +265,7 @@ impl<L: Checked + DeserializeOwned> System<L> {
             Some(inverse) if inverse.norm().is_finite() => {
                 // What is left of each mass beside the others: 1 / (M⁻¹)ⱼⱼ.
                 let share = |j: usize| 1.0 / (inverse.at(j, j) * mass.at(j, j));
-                match (0..self.masses()).find(|&j| share(j) < ALONE) {
+                match (0..self.masses()).find(|&j| share(j) < LEAST_OWN_MASS) {
                     Some(j) => wrong(format!(
                         "the mass matrix is singular within rounding: beside the others only {:.1e} of mass {j} is left, and a \
                          motion would be lost in that; give coordinates that move by themselves",

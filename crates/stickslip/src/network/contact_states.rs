@@ -1,7 +1,7 @@
 //! Applies to every contact, at the start and after every event, what `who_sticks` has decided, and where on its law it then is.
 
 use super::who_sticks::{ContactProblem, toward};
-use super::{ContactState, Loop, ROUNDING};
+use super::{ContactState, Loop, SPEED_ROUNDING};
 use crate::flow::taylor::{ForceLine, VectorField, holding};
 use crate::law::{Friction, Rest};
 use crate::mode::Kind;
@@ -24,7 +24,7 @@ impl Loop<'_> {
     /// Modes in which the motion starts.
     pub(super) fn start(&mut self) {
         // The start is known to rounding, not to the error with which an event was found.
-        self.zero_share = ROUNDING;
+        self.zero_share = SPEED_ROUNDING;
         self.motion.aim(&self.frame, self.clock);
         self.measure_scale();
         let mut required = Vec::new();
@@ -37,7 +37,7 @@ impl Loop<'_> {
                 (self.contacts[c].direction, self.contacts[c].separated) = (w.signum(), true);
                 continue;
             }
-            if w.abs() <= ROUNDING * self.scale {
+            if w.abs() <= SPEED_ROUNDING * self.scale {
                 at_rest.push(c);
                 continue;
             }
@@ -184,7 +184,7 @@ impl Loop<'_> {
                 .toward(direction)
                 .leave(toward(of_law[row], direction), &mut contact.memory);
             // Adhesion that broke at the force slip starts with, within rounding: the slip velocity leaves zero with no slope.
-            let rounding = ROUNDING * (static_limit + self.acceleration / self.frame.coupling(c, c));
+            let rounding = SPEED_ROUNDING * (static_limit + self.acceleration / self.frame.coupling(c, c));
             contact.at_reversal = toward(kinetic[row], direction) >= static_limit - rounding;
             if is_new(c) {
                 self.tell(Kind::Crossing, c, was);

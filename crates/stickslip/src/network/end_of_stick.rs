@@ -1,13 +1,13 @@
 //! When adhesion breaks: the first time its force is more than a limit that grows with rest and falls with the force rate.
 
-use super::ROUNDING;
-use crate::event::first_root::{CERTIFIED, PASSED, borne_step, first_root};
+use super::SPEED_ROUNDING;
+use crate::event::first_root::{CERTIFIED_BESIDE, PASSED_GUARD_FACTOR, borne_step, first_root};
 use crate::event::{Side, changes_sign, on_either_side};
 use crate::law::{Friction, Law, Rest};
 use crate::series::{Series, at, curvature_bound, slope_at, swing_bound};
 
 /// A search of so many rounds gives up where it is: the motion goes on from there.
-const ROUNDS: u32 = 10_000;
+const MOST_SEARCH_ROUNDS: u32 = 10_000;
 
 /// A contact that sticks along a step.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +50,7 @@ fn breaks(law: &Law, phase: StickPhase, h: f64, reach: f64) -> bool {
             16.0 * rounding_of(limit + value.abs(), phase.zero_rate),
         ]
     };
-    h == 0.0 || changes_sign(h, CERTIFIED * reach, margin)
+    h == 0.0 || changes_sign(h, CERTIFIED_BESIDE * reach, margin)
 }
 
 /// The share of the law's force that there is at a time: 1 where the normal force does not vary.
@@ -60,7 +60,7 @@ fn pressed(normal: Option<&Series>, t: f64) -> f64 {
 
 /// How far from the limit a force may be by rounding and by the error with which an event was found.
 fn rounding_of(limit: f64, zero_rate: f64) -> f64 {
-    (ROUNDING * limit).max(2.0 * zero_rate / PASSED)
+    (SPEED_ROUNDING * limit).max(2.0 * zero_rate / PASSED_GUARD_FACTOR)
 }
 
 /// When adhesion breaks on a side.
@@ -116,13 +116,13 @@ fn end_on(
     }
     let tiny = f64::EPSILON * reach;
     let mut t = 0.0;
-    for _ in 0..ROUNDS {
+    for _ in 0..MOST_SEARCH_ROUNDS {
         let (value, rate) = slope_at(force, t);
         let static_limit = limit(t, rate);
         let size = outward_of(value);
         let outward = rate * side.sign(value);
         if static_limit - size <= rounding {
-            if t > 0.0 || outward > 0.0 || static_limit - size < -PASSED * rounding {
+            if t > 0.0 || outward > 0.0 || static_limit - size < -PASSED_GUARD_FACTOR * rounding {
                 return Ok(Some(if t > 0.0 { settle(margin, t, reach) } else { t }));
             }
             // Adhesion that starts at its limit and is relieved from there.

@@ -1,6 +1,6 @@
 //! The Taylor series from where a run is, for what its contacts do.
 
-use super::{ContactState, Loop, ROUNDING};
+use super::{ContactState, Loop, SPEED_ROUNDING};
 use crate::flow::taylor::VectorField;
 use crate::law::End;
 
@@ -26,7 +26,7 @@ impl Loop<'_> {
                     let slope = self.motion.u.of(1)[c].abs();
                     let zero = self.zero_share * size;
                     // What a slip speed of rounding makes of it along a steep line only lets the search ignore its sign.
-                    let steep = ROUNDING * self.scale * contact.steep * self.frame.coupling(c, c);
+                    let steep = SPEED_ROUNDING * self.scale * contact.steep * self.frame.coupling(c, c);
                     contact.at_reversal &= slope <= zero.max(steep);
                     self.force_lines[c].zero_slope = contact.at_reversal && slope <= zero;
                     if !contact.at_reversal {
@@ -52,7 +52,7 @@ impl Loop<'_> {
                 .signum();
                 if contact.sense == 0.0 {
                     contact.sense = now;
-                } else if now != contact.sense && slope.abs() > 1e3 * ROUNDING * size {
+                } else if now != contact.sense && slope.abs() > 1e3 * SPEED_ROUNDING * size {
                     let speed = self.motion.u.of(0)[c].max(0.0);
                     self.reverse(c, now > 0.0, speed);
                     (self.contacts[c].sense, self.contacts[c].at_reversal) = (now, false);

@@ -1,7 +1,7 @@
 //! What ends a mode: the first guard of any contact that a step meets.
 
 use super::end_of_stick::{StickPhase, end_of_adhesion};
-use super::{Loop, ROUNDING, STILL};
+use super::{Loop, SPEED_ROUNDING, ZERO_SLOPE_SHARE};
 use crate::event::first_root::first_root;
 use crate::law::End;
 use crate::series::{Series, derivative, swing_bound};
@@ -43,7 +43,7 @@ impl First {
 impl Loop<'_> {
     /// The first event within `horizon`, which comes nearer where a search gives up on the way.
     pub(super) fn next(&mut self, horizon: &mut f64) -> Option<(f64, usize, Cause)> {
-        let rounding = ROUNDING * self.scale;
+        let rounding = SPEED_ROUNDING * self.scale;
         let mut first = First {
             met: None,
             reach: *horizon,
@@ -67,7 +67,7 @@ impl Loop<'_> {
                     force: &self.motion.force.series(c),
                     normal,
                     stick_time: self.stick_time(c),
-                    zero_rate: STILL * self.acceleration / self.frame.coupling(c, c),
+                    zero_rate: ZERO_SLOPE_SHARE * self.acceleration / self.frame.coupling(c, c),
                 };
                 match end_of_adhesion(self.laws[c], phase, first.reach, &mut first.grazes) {
                     Ok(Some(h)) => first.meet(h, c, Cause::Release),
@@ -77,7 +77,7 @@ impl Loop<'_> {
                 continue;
             }
             if let Some([falling, rising]) = contact.between {
-                let rounding = ROUNDING * (rising + self.acceleration / self.frame.coupling(c, c));
+                let rounding = SPEED_ROUNDING * (rising + self.acceleration / self.frame.coupling(c, c));
                 for (end, sign, bound) in [(End::Low, 1.0, -falling), (End::High, -1.0, rising)] {
                     let mut guard = self
                         .motion
@@ -104,7 +104,7 @@ impl Loop<'_> {
                 if contact.at_reversal {
                     guard[0] = 0.0;
                 }
-                let rounding = ROUNDING * self.acceleration;
+                let rounding = SPEED_ROUNDING * self.acceleration;
                 if guard[0].abs() <= rounding && guard[1] * first.reach <= rounding {
                     // Beneath rounding a slip acceleration has no sense: it turns where it is more than that.
                     guard[0] += 2.0 * rounding;
@@ -128,7 +128,7 @@ impl Loop<'_> {
                 guard[0] -= sign * end;
                 // No more than where the masses are: speeds of stiff springs would lead further at the rate of the linear ones.
                 let size = rounding / self.frame.rate;
-                let rounding = size.min(ROUNDING * far) + ROUNDING * end.abs();
+                let rounding = size.min(SPEED_ROUNDING * far) + SPEED_ROUNDING * end.abs();
                 first.search(&guard, rounding, false, s, Cause::Spring(next));
             }
         }

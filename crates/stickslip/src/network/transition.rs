@@ -2,7 +2,7 @@
 
 use super::contact_states::Passage;
 use super::guards::Cause;
-use super::{Loop, ROUNDING};
+use super::{Loop, SPEED_ROUNDING};
 use crate::law::{End, Friction, Piece};
 use crate::mode::{Kind, branch_gap};
 use crate::series::{at, slope_at};
@@ -10,7 +10,7 @@ use crate::series::{at, slope_at};
 impl Loop<'_> {
     /// Go to the event and into the modes that follow it.
     pub(super) fn occur(&mut self, h: f64, c: usize, cause: Cause) {
-        let tolerance = ROUNDING * self.scale;
+        let tolerance = SPEED_ROUNDING * self.scale;
         let arrived: Vec<usize> = (0..self.contacts.len())
             .filter(|&other| {
                 let contact = &self.contacts[other];
@@ -131,13 +131,13 @@ impl Loop<'_> {
         let law = self.laws[c].toward(contact.direction);
         contact.piece = law.begin(w.abs(), f64::INFINITY, &mut contact.memory);
         self.tell(Kind::Meeting, c, 0.0);
-        (w.abs() <= ROUNDING * self.scale).then_some(c)
+        (w.abs() <= SPEED_ROUNDING * self.scale).then_some(c)
     }
 
     /// Friction of the two branches at slip speed `u` of a contact whose law has such, where the speed is held between them.
     pub(super) fn branch_gap(&self, c: usize, direction: f64, u: f64) -> Option<[f64; 2]> {
         let branches = branch_gap(self.laws[c].toward(direction), u)?;
-        (branches[0] < branches[1] && u > ROUNDING * self.scale).then_some(branches)
+        (branches[0] < branches[1] && u > SPEED_ROUNDING * self.scale).then_some(branches)
     }
 
     /// The slip acceleration changes its sign: to the other branch, or into the hold between them.

@@ -102,9 +102,9 @@ impl ContactProblem<'_> {
 
     /// The most overloaded of the stuck contacts, with its direction; or a slipping one that would go backwards, with 0.
     fn objection(&self, directions: &[f64]) -> Option<(usize, f64)> {
-        const ROOM: f64 = 16.0 * f64::EPSILON;
+        const OVERLOAD_ROUNDING: f64 = 16.0 * f64::EPSILON;
         // Less than what the search for the end of adhesion takes for a limit that was passed.
-        const RELIEVED: f64 = 5e-10;
+        const RELIEVED_OVERLOAD: f64 = 5e-10;
         let (load, left) = self.loads(directions);
         let sizes = self.zero.iter().map(|&c| self.required[c].abs());
         let size = sizes.fold(0.0, f64::max);
@@ -112,19 +112,19 @@ impl ContactProblem<'_> {
         let limits = self.limit.iter().flatten().copied();
         let largest = limits.filter(|limit| limit.is_finite()).fold(0.0, f64::max);
         let mut worst = None;
-        let mut most = 1.0 + ROOM;
+        let mut most = 1.0 + OVERLOAD_ROUNDING;
         for row in (0..directions.len()).filter(|&row| directions[row] == 0.0) {
             let limit = toward(self.limit[row], load[row]);
             let rounding = if self.frame.loops && limit > 0.0 {
-                ROOM * largest / limit
+                OVERLOAD_ROUNDING * largest / limit
             } else {
-                ROOM
+                OVERLOAD_ROUNDING
             };
             let unheld = left[row].abs() > 1e-9 * size || self.follows(directions, row) == Some(false);
             // A contact at its limit beside one that breaks breaks too.
             let room = if self.returned == Some(row) {
                 let held = limit * self.frame.coupling(self.zero[row], self.zero[row]);
-                1.0 + RELIEVED.max(self.zero_acceleration / held)
+                1.0 + RELIEVED_OVERLOAD.max(self.zero_acceleration / held)
             } else if self.released.is_some() {
                 1.0 - rounding
             } else {
@@ -137,8 +137,8 @@ impl ContactProblem<'_> {
             } else {
                 load[row].abs() / limit / room
             };
-            if share * (1.0 + ROOM) > most {
-                most = share * (1.0 + ROOM);
+            if share * (1.0 + OVERLOAD_ROUNDING) > most {
+                most = share * (1.0 + OVERLOAD_ROUNDING);
                 worst = Some((row, if unheld { left[row] } else { load[row] }.signum()));
             }
         }

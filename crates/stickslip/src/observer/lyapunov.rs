@@ -14,12 +14,12 @@ use crate::variation::{ContactMode, Ending, Keep, Layout, Phase, State, Varied, 
 
 /// Natural periods of a part of the motion: each is run from the end of the one before, so that a chaotic motion and its
 /// derivative do not part.
-const PART: f64 = 20.0;
+const PERIODS_A_PART: f64 = 20.0;
 /// Averages over so many shares of the run give the error.
-const SHARES: usize = 20;
+const AVERAGED_SHARES: usize = 20;
 
 /// A direction of which a phase leaves less is lost.
-const FORGOTTEN: f64 = 1e-12;
+const LOST_DIRECTION: f64 = 1e-12;
 
 /// The largest exponent and its standard error, in 1/time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub fn largest(
         Model::Steps(system) => system.clone(),
     };
     let varied = Varied::new(&system, &serde_json::Value::Null, &[])?;
-    let (end, most, part) = (run.t_end, run.max_events, PART * model.natural_period());
+    let (end, most, part) = (run.t_end, run.max_events, PERIODS_A_PART * model.natural_period());
     // A clock that nothing reads is no direction.
     let first = usize::from(model.forcing_frequency().is_none());
     let (width, directions) = (Layout::of(&system).width(), varied.directions());
@@ -53,7 +53,7 @@ pub fn largest(
     let mut direction: Vec<f64> = (0..width)
         .map(|i| if (first..moving).contains(&i) { 1.0 } else { 0.0 })
         .collect();
-    let mut shares = [[0.0; 2]; SHARES];
+    let mut shares = [[0.0; 2]; AVERAGED_SHARES];
     let (mut now, mut length) = (0.0, part);
     let mut sequence = match model {
         Model::Closed(one) => {
@@ -125,7 +125,7 @@ pub fn largest(
             let size = |of: &[f64]| of.iter().map(|one| one * one).sum::<f64>().sqrt();
             let growth = size(&moved) / size(&direction);
             // What rounding leaves of a direction that a stick forgets is nothing.
-            if growth < FORGOTTEN {
+            if growth < LOST_DIRECTION {
                 return Ok(Lyapunov {
                     exponent: f64::NEG_INFINITY,
                     error: f64::NAN,
@@ -141,7 +141,8 @@ pub fn largest(
                     clippy::cast_sign_loss,
                     reason = "a small number above 0"
                 )]
-                let share = &mut shares[((counted * SHARES as f64) as usize).min(SHARES - 1)];
+                let share =
+                    &mut shares[((counted * AVERAGED_SHARES as f64) as usize).min(AVERAGED_SHARES - 1)];
                 share[0] += ln(growth);
                 share[1] += duration;
             }
@@ -176,7 +177,7 @@ fn average(shares: &[[f64; 2]]) -> Lyapunov {
     let square = rates
         .map(|rate| (rate - exponent) * (rate - exponent))
         .sum::<f64>();
-    let count = SHARES as f64;
+    let count = AVERAGED_SHARES as f64;
     Lyapunov {
         exponent,
         error: (square / (count * (count - 1.0))).sqrt(),

@@ -68,16 +68,16 @@ impl Look {
 }
 
 /// Returns to the section that are compared with each other, at most.
-const RETURNS: usize = 256;
+const MOST_RETURNS: usize = 256;
 
 /// Of a motion that repeats, what its returns differ by changes by no more than this part.
-const STAYS: f64 = 0.1;
+const REPEATING_CHANGE: f64 = 0.1;
 
 /// So much of the tolerance is rounding.
-const ROUNDING: f64 = 1e-3;
+const TOLERANCE_ROUNDING: f64 = 1e-3;
 
 /// Returns that must agree before a motion is steady early.
-const AGREE: usize = 6;
+const AGREEING_RETURNS: usize = 6;
 
 /// What is kept of one run.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,18 +130,18 @@ pub fn steady(
     positive("tolerance", look.tolerance)?;
     if look.early > 0.0 {
         let until = look.early * period;
-        let mut watch = Watch::new(look, surface, RETURNS, go_on);
+        let mut watch = Watch::new(look, surface, MOST_RETURNS, go_on);
         let stop = engine.go(until, 0.5 * until, &mut watch)?;
         let compared = watch.returns.len();
         let row = watch.summary(look, stop, engine, compared);
         // Steady slip that has ceased to be stable is left but slowly.
-        let settled = row.period > 0 && !row.regime.rests() && compared >= AGREE;
+        let settled = row.period > 0 && !row.regime.rests() && compared >= AGREEING_RETURNS;
         if stop != Stop::End || settled {
             return Ok(row);
         }
     }
     let (after, end) = (look.transient * period, (look.transient + look.window) * period);
-    let mut watch = Watch::new(look, surface, RETURNS, go_on);
+    let mut watch = Watch::new(look, surface, MOST_RETURNS, go_on);
     let stop = engine.go(end, after, &mut watch)?;
     let compared = watch.returns.len();
     let row = watch.summary(look, stop, engine, compared);
@@ -149,7 +149,7 @@ pub fn steady(
         return Ok(row);
     }
     // The motion goes on for longer: a slow one may still settle, and the 0–1 test wants a long series.
-    let mut watch = Watch::new(look, surface, RETURNS.max(look.decide), go_on);
+    let mut watch = Watch::new(look, surface, MOST_RETURNS.max(look.decide), go_on);
     let stop = engine.go(end + look.decide as f64 * period, end, &mut watch)?;
     let series: Vec<f64> = watch.returns.iter().map(|(point, _)| point.x).collect();
     let mut row = watch.summary(look, stop, engine, compared);
@@ -408,13 +408,14 @@ impl<'a> Watch<'a> {
         let now = apart(0);
         if blocks < 3 {
             let changed = most(known - count + period..known, period);
-            return changed <= (ROUNDING * tolerance).max(STAYS * STAYS * now);
+            return changed
+                <= (TOLERANCE_ROUNDING * tolerance).max(REPEATING_CHANGE * REPEATING_CHANGE * now);
         }
         let (middle, first) = (apart((blocks - 1) / 2), apart((blocks - 1) / 2 * 2));
         let (before, after) = (middle - first, now - middle);
         let (changed, ratio) = (before.abs() + after.abs(), after / before);
         // Rounding changes as much.
-        if changed <= ROUNDING * tolerance {
+        if changed <= TOLERANCE_ROUNDING * tolerance {
             return true;
         }
         let to_come = if ratio < 0.0 {
@@ -424,6 +425,6 @@ impl<'a> Watch<'a> {
         } else {
             f64::INFINITY
         };
-        changed + to_come <= STAYS * now
+        changed + to_come <= REPEATING_CHANGE * now
     }
 }

@@ -1,6 +1,6 @@
 //! One mass in closed form, from mode to mode.
 
-use super::{ASKED, HUGE, Run, Stop, lost};
+use super::{EVENTS_BETWEEN_ASKS, HUGE_STATE, Run, Stop, lost};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::event::{Arrival, SlipPhase, Start, Work, end_of_hold, end_of_slip, end_of_stick};
@@ -25,7 +25,7 @@ pub(super) enum Passed {
 }
 
 /// So many pieces, between which a motion goes to and fro, are not worked out anew.
-const KEPT: usize = 4;
+const PIECES_KEPT: usize = 4;
 
 pub(super) struct Loop<'a, const H: usize> {
     law: &'a Law,
@@ -34,7 +34,7 @@ pub(super) struct Loop<'a, const H: usize> {
     /// The static limit backward and forward, if that never changes.
     static_limit: Option<[f64; 2]>,
     frame: Frame<H>,
-    responses: [Response<H>; KEPT],
+    responses: [Response<H>; PIECES_KEPT],
     pub(super) clock: Clock,
     /// The harmonic forces counted from the clock.
     forces: [[f64; 2]; H],
@@ -56,7 +56,7 @@ impl<'a, const H: usize> Loop<'a, H> {
             single_lane: None,
             static_limit: steady
                 .then(|| [-1.0, 1.0].map(|direction| law.toward(direction).static_limit(rest))),
-            responses: [frame.response(f64::NAN); KEPT],
+            responses: [frame.response(f64::NAN); PIECES_KEPT],
             clock,
             forces: frame.forces(clock),
             frame,
@@ -126,11 +126,11 @@ impl<'a, const H: usize> Loop<'a, H> {
         let (mut mark, mut asked) = (self.clock, self.work.events);
         loop {
             record.segment(Segment::new(self.clock, self.x, self.v, &mode));
-            if !(self.x.abs() < HUGE && self.v.abs() < HUGE) {
+            if !(self.x.abs() < HUGE_STATE && self.v.abs() < HUGE_STATE) {
                 return Ok((lost(&[self.x, self.v]).unwrap_or(Stop::Diverged), self.work));
             }
             if self.work.events >= asked {
-                asked = self.work.events + ASKED;
+                asked = self.work.events + EVENTS_BETWEEN_ASKS;
                 if self.work.events > 0 && mark.until(self.clock.high) < short {
                     return Ok((Stop::Accumulation, self.work));
                 }
@@ -266,7 +266,7 @@ impl<'a, const H: usize> Loop<'a, H> {
     /// Work out how the oscillator answers along a piece of friction, if that is not kept.
     #[inline]
     fn respond(&mut self, piece: &Piece) -> Result<(), Error> {
-        let response = &mut self.responses[piece.branch as usize % KEPT];
+        let response = &mut self.responses[piece.branch as usize % PIECES_KEPT];
         if response.slope != piece.slope {
             self.frame.bounded(piece.slope)?;
             *response = self.frame.response(piece.slope);
@@ -277,7 +277,7 @@ impl<'a, const H: usize> Loop<'a, H> {
     /// Slip from the present state along a piece of which the response is kept.
     #[inline]
     fn slip(&self, direction: f64, piece: &Piece) -> Slip<H> {
-        let response = &self.responses[piece.branch as usize % KEPT];
+        let response = &self.responses[piece.branch as usize % PIECES_KEPT];
         response.from(&self.frame, &self.forces, (self.x, self.v), direction, piece)
     }
 

@@ -5,7 +5,7 @@ use std::ops::{Deref, DerefMut};
 use crate::event::Work;
 
 /// Rounds of a loop between two questions: below a millisecond even where a round is dear.
-const PATIENCE: u32 = 1024;
+const ROUNDS_BETWEEN_ASKS: u32 = 1024;
 
 /// The work of a search, and the question whether to go on with it.
 pub struct Watched<'a> {
@@ -22,7 +22,7 @@ impl<'a> Watched<'a> {
         Self {
             work,
             go_on,
-            left: PATIENCE,
+            left: ROUNDS_BETWEEN_ASKS,
             stopped: None,
         }
     }
@@ -40,7 +40,11 @@ impl<'a> Watched<'a> {
             self.stopped = Some(t);
         }
         // A search within a search may have had the answer: the outer one has it at its next round, not after as many again.
-        self.left = if self.stopped.is_some() { 1 } else { PATIENCE };
+        self.left = if self.stopped.is_some() {
+            1
+        } else {
+            ROUNDS_BETWEEN_ASKS
+        };
         self.stopped.is_some()
     }
 }
@@ -61,7 +65,7 @@ impl DerefMut for Watched<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{PATIENCE, Watched};
+    use super::{ROUNDS_BETWEEN_ASKS, Watched};
     use crate::event::Work;
 
     #[test]
@@ -69,11 +73,11 @@ mod tests {
         let (mut work, mut no) = (Work::default(), || false);
         let mut watched = Watched::new(&mut work, &mut no);
         // Two questions a round: the one of the inner search is the last of each thousand.
-        let ended = (0..PATIENCE).find(|_| {
+        let ended = (0..ROUNDS_BETWEEN_ASKS).find(|_| {
             let outer = watched.ends(0.0);
             watched.ends(0.0);
             outer
         });
-        assert_eq!(ended, Some(PATIENCE / 2));
+        assert_eq!(ended, Some(ROUNDS_BETWEEN_ASKS / 2));
     }
 }

@@ -36,9 +36,9 @@ impl ElastoPlastic {
 /// Error of the bristle force that one sample may add, over the limit of steady slip.
 const TOLERANCE: f64 = 1e-12;
 /// Farthest that a step goes, over the distance in which the bristle force settles: beyond it the method is unstable.
-const LONGEST: f64 = 2.0;
+const LONGEST_STEP: f64 = 2.0;
 /// So many of these distances on, a force has settled to the last bit.
-const SETTLED: f64 = 50.0;
+const SETTLED_DISTANCES: f64 = 50.0;
 
 /// One step of the pair of Dormand and Prince for df/ds = `slope`(f): f after it, and its error.
 fn dormand_prince(slope: impl Fn(f64) -> f64, f: f64, h: f64) -> (f64, f64) {
@@ -112,11 +112,11 @@ impl StateFriction for ElastoPlastic {
                 f = limit + (f - limit) * exp(-left / limit);
                 break;
             }
-            if left > SETTLED * limit && limit - f < TOLERANCE * limit {
+            if left > SETTLED_DISTANCES * limit && limit - f < TOLERANCE * limit {
                 f = limit;
                 break;
             }
-            let step = h.min(left).min(LONGEST / pace);
+            let step = h.min(left).min(LONGEST_STEP / pace);
             let (end, error) = dormand_prince(slope, f, step);
             let allowed = TOLERANCE * limit;
             if error <= allowed {

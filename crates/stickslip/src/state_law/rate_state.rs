@@ -63,7 +63,7 @@ fn rock() -> f64 {
 }
 
 /// The largest logarithm of |w|/V₀ that a variable u may stand for.
-const FASTEST: f64 = 200.0;
+const LARGEST_LOG_SPEED: f64 = 200.0;
 
 impl RateState {
     /// b ψ + b₂ ψ₂, and the same of rates.
@@ -190,7 +190,7 @@ impl StateFriction for RateState {
 
     fn at_slip_variable(&self, u: f64, z: &[f64], rates: &mut [f64]) -> [f64; 2] {
         // 2V₀ exp(−(μ₀ + …)/a) sinh u, and where an integrator tries what is out of range, a speed that is still a number.
-        let grown = exp((u.abs() - self.exponent(z)).min(FASTEST));
+        let grown = exp((u.abs() - self.exponent(z)).min(LARGEST_LOG_SPEED));
         let speed = -self.reference_velocity * grown * exp_m1(-2.0 * u.abs());
         self.rates(speed, z, rates);
         [speed.copysign(u), self.direct_effect() * u]

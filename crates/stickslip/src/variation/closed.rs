@@ -16,12 +16,12 @@ const SYSTEM: usize = 4;
 /// Numbers of the state: position, velocity, time, offset and slope of the line of friction. They come first.
 const STATE: usize = 5;
 /// The most of both.
-const MOST: usize = STATE + SYSTEM + 3 * MOST_HARMONICS;
+const MOST_SLOPES: usize = STATE + SYSTEM + 3 * MOST_HARMONICS;
 /// (γ/ω)² up to which slip goes in closed form. Beyond critical damping the slow and the fast exponential cancel, which costs up
 /// to γ/ω roundings of the largest term.
 const MOST_OVERDAMPED: f64 = 1e4;
 /// Below this ratio of its dynamic stiffness to the static one a force meets a resonance, which costs digits.
-const RESONANT: f64 = 0.05;
+const RESONANT_STIFFNESS_RATIO: f64 = 0.05;
 
 /// The oscillator behind a system, and how its numbers change with each parameter.
 pub(super) struct Closed {
@@ -274,7 +274,7 @@ impl Closed {
             let harmonic = Harmonic::new(1.0, force[1], force[2]);
             let frequency = force[1];
             let dynamic = Complex(stiffness - mass * frequency * frequency, drag * frequency);
-            if dynamic.size() < RESONANT * stiffness {
+            if dynamic.size() < RESONANT_STIFFNESS_RATIO * stiffness {
                 return None;
             }
             let (even, odd) = harmonic.quadratures(clock);
@@ -436,13 +436,13 @@ const DRIVE: usize = 3;
 /// A number and its derivatives by the numbers of the state and of the system.
 struct Slope {
     value: f64,
-    slopes: [f64; MOST],
+    slopes: [f64; MOST_SLOPES],
 }
 
 impl Slope {
     const NOTHING: Self = Self {
         value: 0.0,
-        slopes: [0.0; MOST],
+        slopes: [0.0; MOST_SLOPES],
     };
 }
 

@@ -22,7 +22,7 @@ use parameters::{Around, Beside};
 const MOST_STEPS: u32 = 10_000;
 
 /// The order of an expansion of which numbers and their rates at its start are asked.
-const RATES: usize = 2;
+const RATES_ORDER: usize = 2;
 
 /// A system ready to be expanded, and those beside it.
 pub(super) struct VariedMotion<'a> {
@@ -470,7 +470,13 @@ impl<'a> VariedMotion<'a> {
         }
         let clock = Clock::at(state.numbers[0].value);
         let expansion = &mut *self.spare.borrow_mut();
-        self.expand(RATES, state, &self.mode(state, contact_modes), clock, expansion);
+        self.expand(
+            RATES_ORDER,
+            state,
+            &self.mode(state, contact_modes),
+            clock,
+            expansion,
+        );
         [0, 1].map(|k| expansion.coefficient(k, c, |motion| &motion.force, |tangent| &tangent.force[c]))
     }
 }

@@ -63,7 +63,7 @@ pub(super) fn difference(around: [f64; 4], step: f64) -> f64 {
     (8.0 * (up - down) - (two_up - two_down)) / (12.0 * step)
 }
 
-const STEPS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+const DIFFERENCE_POINTS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 /// A step relative to the number: its fourth power and rounding over it are both below 10⁻¹².
 pub(super) const RELATIVE_STEP: f64 = 1e-3;
 /// One for the algebra of lines, which has corners: rounding over it is 10⁻¹⁰.
@@ -108,10 +108,10 @@ fn around(table: &mut Value, path: &str) -> Result<([System; 4], f64), Error> {
         Ok(system)
     };
     let systems = [
-        beside(STEPS[0])?,
-        beside(STEPS[1])?,
-        beside(STEPS[2])?,
-        beside(STEPS[3])?,
+        beside(DIFFERENCE_POINTS[0])?,
+        beside(DIFFERENCE_POINTS[1])?,
+        beside(DIFFERENCE_POINTS[2])?,
+        beside(DIFFERENCE_POINTS[3])?,
     ];
     for number in numbers_at(table, path) {
         *number = value.into();
@@ -195,7 +195,7 @@ impl Varied {
                 let step = step_of(input.value, relative);
                 let slopes = slopes(&own, input.value, step, |which| {
                     let mut beside = values;
-                    beside[i] += STEPS[which] * step;
+                    beside[i] += DIFFERENCE_POINTS[which] * step;
                     answer(law, beside)
                 });
                 for (output, slope) in outputs.iter_mut().zip(slopes) {
@@ -229,7 +229,7 @@ fn slopes<const O: usize>(
 ) -> [f64; O] {
     // Most answers depend on few of the numbers: what is the same on one side as here has no slope.
     let far_up = beside(3);
-    let up = number + STEPS[3] * step;
+    let up = number + DIFFERENCE_POINTS[3] * step;
     let (mut alone, mut slopes) = (true, [0.0; O]);
     for o in 0..O {
         if far_up[o] != own[o] {

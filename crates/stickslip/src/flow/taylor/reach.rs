@@ -6,19 +6,19 @@ use crate::law::{Friction, Law, Piece};
 use crate::series::{at, curvature_bound, free_time, slope_at};
 
 /// The last terms of a step may be this large compared with the motion.
-const NEGLIGIBLE: f64 = 5e-17;
+const NEGLIGIBLE_TERM: f64 = 5e-17;
 /// The longest step, in units of 1/L.
-const LONGEST: f64 = 4.0;
+const LONGEST_STEP: f64 = 4.0;
 
 /// From this power on nothing is left of a motion under constant forces alone.
-const CONSTANT: usize = 3;
+const CONSTANT_FORCE_POWER: usize = 3;
 /// The least number.
-const LEAST: f64 = f64::from_bits(1);
+const LEAST_NUMBER: f64 = f64::from_bits(1);
 
 /// At the end of a step a smooth law and its series may differ by as much as changes the speed by this share.
-const AGREES: f64 = 1e-14;
+const SERIES_AGREES: f64 = 1e-14;
 /// They are compared at so many slip speeds along a step at the most.
-const ROUNDS: u32 = 10_000;
+const MOST_COMPARISONS: u32 = 10_000;
 
 impl Motion {
     /// Whether all numbers it is made of are in the range of double precision: the last coefficients are the largest.
@@ -83,20 +83,20 @@ impl Motion {
     /// How far the polynomials are good to rounding, for a motion of size `scale`.
     pub(crate) fn reach(&self, frame: &Frame, force_lines: &[ForceLine], scale: f64) -> f64 {
         let mut rate = self.pace(frame, force_lines);
-        let bound = NEGLIGIBLE * scale;
+        let bound = NEGLIGIBLE_TERM * scale;
         let order = frame.order;
         let mut sizes = [order, order - 1].map(|k| (k, self.size(self.rate(frame), k)));
         if sizes.iter().any(|(_, size)| *size == 0.0) {
-            if (CONSTANT..=order).all(|k| self.size(self.rate(frame), k) == 0.0) {
+            if (CONSTANT_FORCE_POWER..=order).all(|k| self.size(self.rate(frame), k) == 0.0) {
                 // The series has come to its end, as that of a mass on a constant drive: only waves go on.
                 rate = frame.fastest;
             } else if bound >= f64::MIN_POSITIVE {
                 // In units in which the motion takes very long they are too small for a number, and no smaller than that.
-                sizes = sizes.map(|(k, size)| (k, size.max(LEAST)));
+                sizes = sizes.map(|(k, size)| (k, size.max(LEAST_NUMBER)));
             }
         }
         let exponents = sizes.map(|(k, size)| ln(bound / size) * (1.0 / k as f64));
-        let mut shortest = exp(exponents[0].min(exponents[1])).min(LONGEST / rate);
+        let mut shortest = exp(exponents[0].min(exponents[1])).min(LONGEST_STEP / rate);
         let mut held = [order - 2, order - 1].map(|k| (k, f64::INFINITY));
         for (c, force_line) in force_lines.iter().enumerate() {
             if let Some(normal) = &frame.normals[c] {
@@ -104,7 +104,7 @@ impl Motion {
                 let across = |of: &[f64]| frame.across(c, |i| of[i]);
                 let size = normal.size(across(self.x.of(0)), across(self.v.of(0)));
                 for k in [order - 1, order] {
-                    let share = NEGLIGIBLE * size / self.normal[c][k].abs();
+                    let share = NEGLIGIBLE_TERM * size / self.normal[c][k].abs();
                     shortest = shortest.min(power(share, 1.0 / k as f64));
                 }
             }
@@ -145,7 +145,7 @@ impl Motion {
             .enumerate()
             .filter(|(_, spring)| spring.cubic != 0.0)
         {
-            let bound = AGREES * scale / frame.inverse.at(spring.mass, spring.mass);
+            let bound = SERIES_AGREES * scale / frame.inverse.at(spring.mass, spring.mass);
             let agrees = |t: f64| {
                 let pull = spring.force(self.pieces[s], at(&self.displacement[s], t));
                 t * (at(&self.pull[s], t) - pull).abs() <= bound
@@ -163,7 +163,7 @@ impl Motion {
             }
             let law = laws[c].toward(force_line.direction);
             let room = |speed: f64| law.resolution(speed).filter(|_| smooth).unwrap_or(f64::INFINITY);
-            let bound = AGREES * scale / frame.coupling(c, c);
+            let bound = SERIES_AGREES * scale / frame.coupling(c, c);
             let (u, force) = (self.u.series(c), self.force.series(c));
             let agrees = |t: f64, speed: f64| {
                 let line = Piece {
@@ -178,12 +178,12 @@ impl Motion {
             let (mut t, mut speed, mut slope) = (0.0, u[0], u[1]);
             // Slip that begins may do so below zero, by rounding.
             let mut begun = false;
-            for round in 0..=ROUNDS {
+            for round in 0..=MOST_COMPARISONS {
                 if !(t < step && (speed >= 0.0 || !begun)) {
                     break;
                 }
                 begun |= speed > 0.0;
-                if round == ROUNDS {
+                if round == MOST_COMPARISONS {
                     // So far they agree.
                     step = t;
                     break;

@@ -12,11 +12,11 @@ use crate::series::INVERSE;
 use crate::system::System;
 
 /// Damping is heavy where it takes a velocity away so many times faster than the masses swing.
-const HEAVY: f64 = 1e3;
-/// So many passes are exact to rounding, as HEAVY to this power is beyond 1/ε.
-const PASSES: usize = 6;
+const HEAVY_DAMPING: f64 = 1e3;
+/// So many passes are exact to rounding, as HEAVY_DAMPING to this power is beyond 1/ε.
+const SLOW_PASSES: usize = 6;
 /// What friction owes to the velocity itself is found by so many corrections in each pass.
-const CORRECTIONS: usize = 2;
+const FRICTION_CORRECTIONS: usize = 2;
 /// A velocity is slow where it differs from its slow part by no more roundings of what both are made of.
 const ROUNDINGS: f64 = 64.0 * f64::EPSILON;
 /// The same of a derivative, on whose fast part less depends. Its steps lose up to e⁴ roundings each, where the fast part of
@@ -60,7 +60,7 @@ impl Heavy {
         let n = system.masses();
         let dampers = Matrix::from_rows(&system.damping);
         let symmetric = (0..n).all(|i| (0..i).all(|j| dampers.at(i, j) == dampers.at(j, i)));
-        if !symmetric || damping.is_nan() || damping <= HEAVY * undamped {
+        if !symmetric || damping.is_nan() || damping <= HEAVY_DAMPING * undamped {
             return None;
         }
         let lower = Matrix::from_rows(&system.mass).lower()?;
@@ -125,7 +125,7 @@ impl Heavy {
         let (rates, vectors) = damping.eigen();
         let (mut modes, mut light, mut least) = (Vec::new(), 0.0_f64, f64::INFINITY);
         for (k, &rate) in rates.iter().enumerate() {
-            if rate < HEAVY * self.undamped {
+            if rate < HEAVY_DAMPING * self.undamped {
                 light = light.max(rate.abs());
                 continue;
             }
@@ -177,11 +177,11 @@ impl Motion {
         let (order, count) = (frame.order, modes.len());
         let mut before = vec![0.0; count * (order + 1)];
         let mut changed = vec![0.0; count];
-        for _ in 0..PASSES {
+        for _ in 0..SLOW_PASSES {
             let mut now = vec![0.0; count * (order + 1)];
             for k in 0..order {
                 let next = (k + 1) as f64;
-                for _ in 0..CORRECTIONS {
+                for _ in 0..FRICTION_CORRECTIONS {
                     self.accelerate(field, k, kind);
                     for (m, mode) in modes.iter().enumerate() {
                         let rest = dot(&mode.dual, &self.acceleration) - next * before[(k + 1) * count + m];
@@ -236,11 +236,11 @@ impl Tangent {
         let count = modes.len();
         let mut before = vec![Block::NOTHING; count * (order + 1)];
         let mut changed = vec![Block::NOTHING; count];
-        for _ in 0..PASSES {
+        for _ in 0..SLOW_PASSES {
             let mut now = vec![Block::NOTHING; count * (order + 1)];
             for k in 0..order {
                 let next = (k + 1) as f64;
-                for _ in 0..CORRECTIONS {
+                for _ in 0..FRICTION_CORRECTIONS {
                     self.accelerate(along, k);
                     for (m, mode) in modes.iter().enumerate() {
                         let mut rest = mode.part(|i| self.acceleration[i]);

@@ -8,9 +8,9 @@ use crate::state_law::StateFriction;
 use crate::system::Contact;
 
 /// Without mass what is left of the balance of forces falls at so many times the rate of the states.
-const BALANCES: f64 = 10.0;
+const BALANCE_RATE: f64 = 10.0;
 /// No slope ∂u/∂w of a law is taken for more, which leaves room for its products.
-const STEEPEST: f64 = 1e150;
+const STEEPEST_SLOPE: f64 = 1e150;
 /// Newton's method comes down from too fast a slip by one e-fold a round.
 const MOST_ROUNDS: usize = 10_000;
 
@@ -32,12 +32,12 @@ impl StateSystem {
         let (mut y, drives) = (y, self.drives(0.0));
         let mut u = self.regular(y.clone());
         for _ in 0..MOST_ROUNDS {
-            let motion = self.motion_on(&drives, 0.0, &y, Some((&u, STEEPEST)));
+            let motion = self.motion_on(&drives, 0.0, &y, Some((&u, STEEPEST_SLOPE)));
             let (mut matrix, mut left) = (vec![0.0; n * n], vec![0.0; n]);
             for Steep { contact, slip, state } in &self.steep {
                 let Contact { mass: j, law, .. } = &self.system.contacts[*contact];
                 let rates = &motion.rate[state.start - 2 * n..state.end - 2 * n];
-                let [slope, _] = law.slip_variable_slopes(u[*slip], &y[state.clone()], rates, STEEPEST);
+                let [slope, _] = law.slip_variable_slopes(u[*slip], &y[state.clone()], rates, STEEPEST_SLOPE);
                 for i in 0..n {
                     matrix[i * n + slip - n] = self.system.damping[i][*j] / slope;
                 }
@@ -72,7 +72,7 @@ impl StateSystem {
         motion: &Motion,
     ) -> Vec<f64> {
         let (n, system) = (self.masses(), &self.system);
-        let fades = BALANCES * self.natural_frequency();
+        let fades = BALANCE_RATE * self.natural_frequency();
         let mut right: Vec<f64> = (0..n)
             .map(|i| dot(&system.stiffness[i], &motion.v) - fades * motion.load[i])
             .collect();
@@ -97,7 +97,7 @@ impl StateSystem {
             );
             let (u, most) = match regular {
                 Some((regular, most)) => (regular[*slip], most),
-                None => (law.slip_variable(y[*slip], z), STEEPEST),
+                None => (law.slip_variable(y[*slip], z), STEEPEST_SLOPE),
             };
             let [slope, more] = law.slip_variable_slopes(u, z, rates, most);
             for i in 0..n {

@@ -7,7 +7,7 @@ use crate::state_law::{StateFriction, StateLaw};
 use crate::system::System;
 
 /// The part of u of [`StateSystem::regular`] that counts, where a slip velocity is a multiple of it: u goes to about 100.
-const MULTIPLE: f64 = 0.1;
+const MULTIPLE_SHARE: f64 = 0.1;
 
 /// A slip velocity that is a variable, under a law that is steep at rest.
 #[derive(Clone, Debug)]
@@ -85,7 +85,7 @@ impl StateSystem {
             let sizes = [&y[state.clone()], &*steady].map(|z| law.slip_variable(scales[*slip], z));
             let least = sizes[0].min(sizes[1]).max(f64::MIN_POSITIVE);
             (scales[*slip], shares[*slip]) = if least < 1.0 {
-                (least, MULTIPLE)
+                (least, MULTIPLE_SHARE)
             } else {
                 (1.0, 0.0)
             };
