@@ -19,7 +19,7 @@ import stickslip as ss
 from stickslip.identification import identify
 from stickslip.measurement import Rig, measure
 
-COUNT = 200
+COUNT = 400
 FRESH = 7000
 WITHIN_A_SAMPLE = 16
 """So many times are averaged for one sample."""
