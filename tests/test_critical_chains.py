@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.dynamics.critical import branch_search, runs
-from stickslip.dynamics.critical.confirmation import Shown
+from stickslip.dynamics.critical.end_of_run import EndOfRun
 from stickslip.dynamics.periodic.derivatives import sensitivities
 from stickslip.dynamics.periodic.equilibria import hopf_points, stability, steady_slip
 from stickslip.errors import UnfinishedWarning
@@ -139,9 +139,9 @@ def test_what_runs_do_not_settle_is_a_bracket(monkeypatch):
     def shown(system, cycles, *_, **__):
         share = float(system.drive_velocity < (0.45 if cycles == 3000 and system.drive_velocity > 0.4 else 0.4))
         times, end = (share, share), (None, None)
-        return Shown(system.drive_velocity, "t_end", 1.0, 1.0, 0.0, *times, 1.0, False, end, True, *times)
+        return EndOfRun(system.drive_velocity, "t_end", 1.0, 1.0, 0.0, *times, 1.0, False, end, True, *times)
 
-    monkeypatch.setattr(runs, "shown", shown)
+    monkeypatch.setattr(runs, "end_of_run", shown)
     monkeypatch.setattr(branch_search, "_branch", lambda *_: None)
     found = ss.critical_velocities(TWO, (0.2, 0.5))
     ((name, value),) = found.all

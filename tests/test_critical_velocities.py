@@ -16,7 +16,8 @@ import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.dynamics.continuation.arclength import Family, axis, corrected
 from stickslip.dynamics.continuation.branch import Branch
-from stickslip.dynamics.critical import branch_search, critical, runs
+from stickslip.dynamics.critical import branch_search, runs
+from stickslip.dynamics.critical.critical_velocities import CriticalVelocities
 from stickslip.dynamics.critical.vanishing import vanishing
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.errors import UnfinishedWarning
@@ -273,7 +274,7 @@ def test_a_search_says_that_it_goes_on_before_each_run_and_each_point(monkeypatc
 
         return call
 
-    monkeypatch.setattr(runs, "shown", counted("runs", runs.shown))
+    monkeypatch.setattr(runs, "end_of_run", counted("runs", runs.end_of_run))
     monkeypatch.setattr(Branch, "add", counted("points", add))
     law = ss.laws.PiecewiseLinear([(0.0, 1.0), (0.2, 0.6), (0.6, 0.6), (1.2, 0.7)], 1.0)
     ss.critical_velocities(
@@ -329,16 +330,16 @@ def test_a_search_that_ends_early_gives_the_brackets_of_its_runs(monkeypatch, tm
     assert low < ends < high < low + 0.02
     assert "end_of_stick_slip between" in repr(found)
     (tmp_path / "system.toml").write_text(system.to_toml())
-    monkeypatch.setattr(critical, "critical_velocities", lambda *_, **__: found)
+    monkeypatch.setattr("stickslip.dynamics.critical.critical_velocities.critical_velocities", lambda *_, **__: found)
     assert main(["critical", str(tmp_path / "system.toml"), "--max-seconds", "1"]) == 0
     assert f"end of stick slip   between {low:.12g} and {high:.12g} (not confirmed)" in capsys.readouterr().out
 
 
 def test_the_command_line_has_the_word_of_each_hopf_point(tmp_path, monkeypatch, capsys):
     words = ((0.2, "supercritical"), (0.7, "subcritical"))
-    found = critical.CriticalVelocities((("hopf", 0.7), ("fold", 0.5), ("hopf", 0.2)), words)
+    found = CriticalVelocities((("hopf", 0.7), ("fold", 0.5), ("hopf", 0.2)), words)
     assert found.criticality == "supercritical"
-    monkeypatch.setattr(critical, "critical_velocities", lambda *_, **__: found)
+    monkeypatch.setattr("stickslip.dynamics.critical.critical_velocities.critical_velocities", lambda *_, **__: found)
     path = tmp_path / "free.toml"
     path.write_text(ss.Oscillator(0.1, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.5)).to_toml())
     main(["critical", str(path)])

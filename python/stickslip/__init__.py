@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.continuation.branch_switching import switch_branch
     from stickslip.dynamics.continuation.branches import continuation
     from stickslip.dynamics.continuation.loci import locus
-    from stickslip.dynamics.critical.critical import critical_velocities
+    from stickslip.dynamics.critical.critical_velocities import critical_velocities
     from stickslip.dynamics.critical.intervals import critical_intervals
     from stickslip.dynamics.periodic.close_returns import periodic_orbits
     from stickslip.dynamics.periodic.cycles import periodic_orbit
@@ -57,7 +57,7 @@ _HOME = {
     "chain": "model.system",
     "continuation": "dynamics.continuation.branches",
     "critical_intervals": "dynamics.critical.intervals",
-    "critical_velocities": "dynamics.critical.critical",
+    "critical_velocities": "dynamics.critical.critical_velocities",
     "locus": "dynamics.continuation.loci",
     "switch_branch": "dynamics.continuation.branch_switching",
     "dimensionless": "model.scaling",

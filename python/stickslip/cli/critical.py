@@ -26,7 +26,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> None:
     from stickslip.cli.continue_ import parse_bounds
-    from stickslip.dynamics.critical.critical import critical_velocities
+    from stickslip.dynamics.critical.critical_velocities import critical_velocities
     from stickslip.dynamics.critical.intervals import critical_intervals
     from stickslip.errors import InputError
     from stickslip.model.system import load_system

@@ -10,8 +10,9 @@ from stickslip.dynamics.continuation.arclength import Family, Point, axis, corre
 from stickslip.dynamics.continuation.branch import Branch
 from stickslip.dynamics.continuation.branches import born_branch, lies_on
 from stickslip.dynamics.continuation.walk import Walk
-from stickslip.dynamics.critical.confirmation import Shown, drive_of, reach, slowest_period
-from stickslip.dynamics.critical.runs import PATH, Sweep, Watch, disturbed, unlike_neighbours
+from stickslip.dynamics.critical.end_of_run import EndOfRun, drive_of, reach, slowest_period
+from stickslip.dynamics.critical.runs import PATH, Watch, disturbed
+from stickslip.dynamics.critical.speed_sweep import Sweep, unlike_neighbours
 from stickslip.dynamics.periodic.cycles import event_cycle
 from stickslip.dynamics.periodic.equilibria import steady_slip
 from stickslip.dynamics.periodic.event_sequence import with_number
@@ -35,7 +36,7 @@ def branches_of(
     family = Family((PATH,), (bounds,), relative=True)
     branches: list[Branch] = []
 
-    def follow(speed: float, start: str, look: Shown) -> None:
+    def follow(speed: float, start: str, look: EndOfRun) -> None:
         guess: Any = None if start == "rest" else look.end
         if start == "beside":
             guess = disturbed(system, speed, 0.1 * speed)
@@ -93,7 +94,7 @@ def branches_of_masses(system: System, bounds: tuple[float, float], sweeps: list
     return branches
 
 
-def _decays(system: Oscillator | System, speed: float, look: Shown) -> bool:
+def _decays(system: Oscillator | System, speed: float, look: EndOfRun) -> bool:
     """Whether a motion without sticks decays as small disturbances of steady slip do, however slowly."""
     state = steady_slip(with_number(system, PATH, speed))
     if state is None or state.neutral or state.growth >= 0 or look.stick_time > 0:
@@ -101,7 +102,7 @@ def _decays(system: Oscillator | System, speed: float, look: Shown) -> bool:
     return abs(look.growth - state.growth) < 0.05 * abs(state.growth)
 
 
-def _passes(branch: Branch, speed: float, look: Shown) -> bool:
+def _passes(branch: Branch, speed: float, look: EndOfRun) -> bool:
     """Whether a branch has a cycle as large as that of a run."""
     values, sizes = np.asarray(branch.values), np.subtract(branch.x_max, branch.x_min)
     near = np.flatnonzero((values[:-1] - speed) * (values[1:] - speed) <= 0)

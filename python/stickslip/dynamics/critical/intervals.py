@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from stickslip.dynamics.critical.critical import critical_velocities
+from stickslip.dynamics.critical.critical_velocities import critical_velocities
 from stickslip.errors import InputError
 from stickslip.files.checks import whole_number
 from stickslip.files.notebook import waiting_by_stage

@@ -15,7 +15,7 @@ from stickslip.tracking.video.source import Picture
 from stickslip.tracking.video.vision import vision
 
 CORNER_ERROR = 0.1
-"""Standard error of a refined corner in px, as found on drawn markers with noise; see tests/test_track_finders.py."""
+"""Standard error of a refined corner in px, as found on drawn markers with noise; see tests/test_track_films.py."""
 
 
 def find_fiducials(picture: Picture, dictionary: str, ids: tuple[int, ...] | None = None) -> Detections:

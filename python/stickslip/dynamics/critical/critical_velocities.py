@@ -12,21 +12,10 @@ import numpy as np
 
 from stickslip.dynamics.continuation.branch import SpecialPoint
 from stickslip.dynamics.critical.branch_search import branches_of, branches_of_masses
-from stickslip.dynamics.critical.confirmation import Shown, speed_scale
-from stickslip.dynamics.critical.runs import (
-    LONGEST,
-    PATH,
-    Sweep,
-    Watch,
-    beside,
-    changes_of_sticking,
-    from_orbit,
-    from_rest,
-    look_over,
-    nearly_together,
-    sides_of,
-    unlike_neighbours,
-)
+from stickslip.dynamics.critical.confirmation import ends_between, sides_of
+from stickslip.dynamics.critical.end_of_run import speed_scale
+from stickslip.dynamics.critical.runs import PATH, Watch, beside, from_orbit, from_rest, nearly_together
+from stickslip.dynamics.critical.speed_sweep import Sweep, changes_of_sticking, look_over, unlike_neighbours
 from stickslip.dynamics.periodic.equilibria import criticality, stability, steady_changes
 from stickslip.dynamics.periodic.event_sequence import check, with_number
 from stickslip.dynamics.periodic.poincare_map import forcing_period
@@ -331,7 +320,7 @@ class _Search:
         if sides is None and all(abs(other - value) > _TOGETHER * value for _, other in self.found):
             # Runs between two so near to each other change too slowly: those on both sides of both tell of the first.
             sides = sides_of(run, value, min((gap for gap in others if gap > _TOGETHER * value), default=math.inf))
-        if sides is None or (special is not None and not _ends(self.system, self.watch, value, *sides)):
+        if sides is None or (special is not None and not ends_between(self.system, self.watch, value, *sides)):
             return
         if kind != "vanishing_stick":
             self.found.append((kind, value))
@@ -344,7 +333,7 @@ class _Search:
             if sides[0].sticks and _lost_before(value, cycles):
                 continue
             # Where a motion goes on beyond, a start has left its basin; of those the run from rest has a name.
-            suffix = "" if _ends(self.system, self.watch, value, *sides) else "_from_rest"
+            suffix = "" if ends_between(self.system, self.watch, value, *sides) else "_from_rest"
             if suffix and sweep.start != "rest":
                 self.left += [value] if sweep.start != "followed" else []
             elif sides[0].sticks and not suffix:
@@ -379,35 +368,6 @@ class _Search:
 def _lost_before(value: float, ends: Sequence[float]) -> bool:
     """Whether runs that lose a motion at a speed may have lost it before its end, near which its basin is small."""
     return any(value < end < (1 + _LOST_BEFORE) * value for end in ends)
-
-
-def _ends(system: Oscillator | System, watch: Watch, value: float, below: Shown, above: Shown) -> bool:
-    """Whether a motion ends between two speeds; of several masses one that sticks, as little else is clear in chaos."""
-    if isinstance(system, Oscillator):
-        return _attracts(system, watch, value, below, above)
-    here, there = (below, above) if below.sticks else (above, below)
-    beyond = with_number(system, PATH, there.speed)
-    return here.sticks and not there.sticks and not watch.shown(beyond, LONGEST, *here.start_at(there.speed)).sticks
-
-
-def _attracts(system: Oscillator, watch: Watch, value: float, below: Shown, above: Shown) -> bool:
-    """Whether a motion that attracts on one side does not on the other: from where it ended it goes on on both sides.
-
-    Where neither motion changes, the start of the runs left the basin of one for that of the other.
-    """
-
-    def goes_on(side: Shown, speed: float, cycles: float) -> Shown:
-        return watch.shown(with_number(system, PATH, speed), cycles, *side.start_at(speed))
-
-    sides = [below, above]
-    for i, side in enumerate(sides):
-        if abs(side.size - side.size_before) > 1e-3 * side.size:  # it has not settled
-            sides[i] = goes_on(side, side.speed, 3000)
-    return any(
-        goes_on(side, side.speed, cycles).differs(goes_on(side, 2 * value - side.speed, cycles))
-        for cycles in (300, 3000)
-        for side in sides
-    )
 
 
 def _brackets(sweeps: list[Sweep], known: list[float]) -> tuple[tuple[str, float, float], ...]:
