@@ -6,7 +6,8 @@ import pytest
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.tracking import film, track
-from stickslip.tracking.doubts import hidden, one_sided, scatter
+from stickslip.tracking.positions.scatter import scatter
+from stickslip.tracking.positions.size_changes import hidden, one_sided
 from stickslip.tracking.positions.standard_errors import errors_from_scatter
 
 cv2 = pytest.importorskip("cv2")

@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.files.disk import check_writable
 from stickslip.tracking.bodies import rigid_body
-from stickslip.tracking.doubts import TEXTURE, clearness, hidden, remarks
+from stickslip.tracking.doubts import describe, remarks, unclear
 from stickslip.tracking.finding.blobs import ALIKE
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
@@ -22,10 +22,11 @@ from stickslip.tracking.finding.subset import Subset
 from stickslip.tracking.finding.surroundings import KeptPictures
 from stickslip.tracking.finding.template import find_templates
 from stickslip.tracking.finding.window import Watch
-from stickslip.tracking.linking import CLEAR, Track, find_markers
+from stickslip.tracking.linking import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
 from stickslip.tracking.positions.camera import without_shake, without_shutter
 from stickslip.tracking.positions.meetings import separate
+from stickslip.tracking.positions.size_changes import hidden
 from stickslip.tracking.positions.standard_errors import errors_from_scatter, errors_from_surroundings
 from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.setup import Setup
@@ -147,19 +148,19 @@ class _Seen:
 def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progress | None) -> xr.Dataset:
     film = setup.film(source)
     seen, tracks = _followed(film, setup, progress)
-    doubts = _unclear(film, setup, seen, tracks)
+    doubts = unclear(film.name, setup, seen.pictures, seen.whole, tracks)
     if (size := _doubted_size(setup, seen, tracks, bool(doubts))) is not None:
         try:
             seen, tracks = _followed(film, replace(setup, size=size), progress)
             doubts = [
-                *_unclear(film, setup, seen, tracks),
+                *unclear(film.name, setup, seen.pictures, seen.whole, tracks),
                 f"The markers are about {size:.3g} px wide where they were seen first: they were looked for again as such, "
                 "as other spots may be taken for them; give size if that is wrong.",
             ]
         except InputError:  # nothing of one size goes through the film
             pass
     doubts += [
-        f"At ({still.x:.0f}, {still.y:.0f}) px rests a spot that looks like a {_describe(setup)} too; mass {mass} is the one "
+        f"At ({still.x:.0f}, {still.y:.0f}) px rests a spot that looks like a {describe(setup)} too; mass {mass} is the one "
         "that moves: give start or region if that is wrong."
         for mass, track in enumerate(tracks)
         for still in track.at_rest
@@ -178,7 +179,7 @@ def _followed(film: Film, setup: Setup, progress: Progress | None) -> tuple[_See
     seen = _look(film, setup, progress)
     if not any(len(detections) for detections in seen.pictures):
         raise InputError(
-            f"{film.name}: no {_describe(setup)} was seen in {len(seen.times)} pictures; look at the film and correct "
+            f"{film.name}: no {describe(setup)} was seen in {len(seen.times)} pictures; look at the film and correct "
             "marker, size, threshold or region"
         )
     tracks = find_markers(
@@ -193,7 +194,7 @@ def _followed(film: Film, setup: Setup, progress: Progress | None) -> tuple[_See
         tracks.sort(key=lambda track: track.label if setup.ids is None else setup.ids.index(track.label))
     if len(tracks) < setup.count:
         raise InputError(
-            f"{film.name}: {setup.count} times a {_describe(setup)} is wanted, but only {len(tracks)} can be followed; "
+            f"{film.name}: {setup.count} times a {describe(setup)} is wanted, but only {len(tracks)} can be followed; "
             "correct masses, size, threshold or region"
         )
     return seen, tracks
@@ -213,39 +214,6 @@ def _doubted_size(setup: Setup, seen: _Seen, tracks: list[Track], unclear: bool)
         return None  # markers of several sizes
     unlike = any(np.mean(np.abs(np.log(one / usual)) > math.log(ALIKE)) > STRANGERS for one in sizes)
     return usual if unlike or unclear else None
-
-
-def _unclear(film: Film, setup: Setup, seen: _Seen, tracks: list[Track]) -> list[str]:
-    """A sentence where other spots look as much like the marker; refused where it is one of many and none is asked for."""
-    if setup.finder != "blob":
-        return []
-    known = [*tracks, *(still for track in tracks for still in track.at_rest)]
-    ratio, others, moves = clearness(seen.pictures, seen.whole, known)
-    if ratio >= CLEAR:
-        return []
-    given = any(getattr(setup, name) is not None for name in ("size", "start", "region", "threshold", "level"))
-    like = f"{others:.0f} other spots in a picture look like a {_describe(setup)}, the best {1 / ratio:.2g} times as much as "
-    if ratio < TEXTURE and not (given or setup.moving):
-        if others >= 3 * setup.count:
-            raise InputError(
-                f"{film.name}: {like}what was found, as texture does; give size, start, region or moving, or look whether "
-                "there is a marker"
-            )
-        if moves:
-            raise InputError(
-                f"{film.name}: {like}what was found, and it moves too: give start, the first place of the marker that is "
-                "meant (region or size where these tell them apart), or masses = 2 to follow both"
-            )
-    return [
-        f"{like[0].upper()}{like[1:]}what was taken: look whether it is the marker; size, start, region or moving decide."
-    ]
-
-
-def _describe(setup: Setup) -> str:
-    if setup.finder == "blob":
-        size = f" of about {setup.size:g} px" if setup.size else ""
-        return f"{setup.marker} marker{size}"
-    return "template" if setup.finder == "template" else f"fiducial of the dictionary {setup.dictionary}"
 
 
 def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
@@ -327,7 +295,7 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
         if not np.isin(lost[:, mass], ["", *(axis + CUT for axis in "xy")]).any():
             raise InputError(
                 f"{film.name}: what was taken for mass {mass} is seen whole in none of {len(times)} pictures "
-                f"({lost[0, mass]}), so it is hardly the {_describe(setup)} that is meant; give region, start or moving"
+                f"({lost[0, mass]}), so it is hardly the {describe(setup)} that is meant; give region, start or moving"
             )
         if setup.finder == "blob":
             _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])

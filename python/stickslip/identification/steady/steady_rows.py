@@ -16,7 +16,7 @@ from stickslip.identification.kinetic.replayed_motion import SENSE
 from stickslip.identification.records import both_senses, stated_units
 from stickslip.identification.steady.curves import COLUMNS, Rows
 from stickslip.identification.steady.single_form_fit import inertia_error
-from stickslip.measurement.instruments.scatter import median_and_error
+from stickslip.measurement.instruments.errors_of_means import median_and_error
 from stickslip.measurement.signals.noise import noise_level
 
 Array = npt.NDArray[np.float64]

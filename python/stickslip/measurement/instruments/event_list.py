@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.measurement.instruments.errors_of_means import straight_line
 from stickslip.measurement.instruments.instrument import Instrument, InstrumentRig, Samples
-from stickslip.measurement.instruments.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
 
 

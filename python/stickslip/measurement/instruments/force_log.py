@@ -11,8 +11,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.measurement.instruments.errors_of_means import straight_line
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
-from stickslip.measurement.instruments.scatter import straight_line
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.signals.clocks.clock_offset import LEAST_SAMPLES as LEAST_PICTURES
 from stickslip.measurement.signals.clocks.clock_offset import spring_offset

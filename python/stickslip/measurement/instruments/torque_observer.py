@@ -7,8 +7,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.measurement.instruments.errors_of_means import block_error
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
-from stickslip.measurement.instruments.scatter import block_error
 from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.spectra import main_line

@@ -12,8 +12,8 @@ import xarray as xr
 from scipy.ndimage import median_filter
 
 from stickslip.errors import InputError
+from stickslip.measurement.instruments.errors_of_means import block_error
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
-from stickslip.measurement.instruments.scatter import block_error
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.signals.noise import noise_level
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.tracking.doubts import FEWEST
 from stickslip.tracking.finding.detections import Array
+from stickslip.tracking.positions.size_changes import FEWEST_PICTURES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +31,7 @@ def without_shake(
         shift = off.mean(axis=1).filled(np.nan)
         own = np.where(np.isfinite(known), error[:, fixed], np.nan) ** 2
         free = int(np.maximum(off.count(axis=1) - 1, 0).sum())
-        if free >= FEWEST:
+        if free >= FEWEST_PICTURES:
             own = np.full_like(own, float(((off - off.mean(axis=1)[:, None]) ** 2).sum()) / free)
         position -= shift[:, None]
         seen = off.count(axis=1)

@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
-from stickslip.tracking.doubts import one_sided, scatter, size_scatter
 from stickslip.tracking.finding.blobs import LEAST_ERROR
 from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.finding.surroundings import share_that_passes
+from stickslip.tracking.positions.scatter import scatter, size_scatter
+from stickslip.tracking.positions.size_changes import one_sided
 
 UNEXPLAINED = 3.5
 """Scatter may exceed the stated errors by this over the root of the number of pictures by chance."""

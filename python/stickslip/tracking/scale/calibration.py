@@ -16,8 +16,8 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.files.checks import number
 from stickslip.files.schema import check_keys
-from stickslip.tracking.doubts import NORMAL
 from stickslip.tracking.finding.detections import Array
+from stickslip.tracking.positions.size_changes import NORMAL
 from stickslip.tracking.scale.ruler import find_marks
 from stickslip.tracking.video.source import read_picture
 from stickslip.tracking.video.vision import vision

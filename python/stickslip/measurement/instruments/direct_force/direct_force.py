@@ -26,8 +26,8 @@ from stickslip.measurement.instruments.direct_force.force_lag import (
     notes_on_lag_between_sticks,
 )
 from stickslip.measurement.instruments.direct_force.speed_sticks import break_aways_of, stuck_samples
+from stickslip.measurement.instruments.errors_of_means import median_and_error
 from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Constant, Instrument, InstrumentRig, Samples
-from stickslip.measurement.instruments.scatter import median_and_error
 from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.noise import lone_spikes, noise_level
