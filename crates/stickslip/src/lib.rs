@@ -19,8 +19,8 @@
 //!
 //! | module | one sentence |
 //! |---|---|
-//! | [`law`] | friction laws, one file a law: its `static_limit` f_s(t_s, δ), its force during slip, and units and limits of its parameters |
-//! | [`law::declaration`] | what is known of the parameters of a law: limits, dimensions, an example |
+//! | [`law`] | friction laws, one file a law: its parameters with their units and limits, its `static_limit` f_s(t_s, δ), its force during slip |
+//! | [`law::declaration`] | the words in which a law declares its parameters |
 //! | [`state_law`] | friction laws with an internal state, one file a law |
 //!
 //! ## Motion between events, and the next event
@@ -29,13 +29,13 @@
 //! |---|---|
 //! | [`flow`] | motion between events: closed form, Taylor series, enclosures |
 //! | [`event`] | the certified next event of one mass; the first root of a guard along a step of many |
-//! | [`rosenbrock`] | the motion under laws with an internal state, by the steps of a Rosenbrock method |
+//! | [`rosenbrock`] | the motion under laws with an internal state, by a Rosenbrock method; for the browser, as Python uses scipy |
 //!
 //! ## Runs: `simulate/`, `network/`, `engine/`
 //!
 //! | module | one sentence |
 //! |---|---|
-//! | [`simulate`] | the loop, and why it stopped |
+//! | [`simulate`] | the loop of one mass in closed form, and why a run stopped |
 //! | [`watch`] | whether a run goes on, asked within every loop whose length nobody knows |
 //! | [`network`] | the loop for systems and smooth laws: Taylor steps, the modes of all contacts at once |
 //! | [`engine`] | a motion that is followed further and further: closed form, Taylor steps, samples, a kept orbit |

@@ -1,4 +1,7 @@
-"""Curves of periodic orbits and of their boundaries: pseudo-arclength on the return map held to one event sequence."""
+"""Curves of periodic orbits and of their boundaries: pseudo-arclength on the return map held to one event sequence.
+
+The length of the steps along any curve is kept by `StepSize` and `follow`; when a step is too long is said by the curve.
+"""
 
 from __future__ import annotations
 

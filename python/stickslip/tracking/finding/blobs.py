@@ -1,4 +1,7 @@
-"""Blobs: connected spots that stand out from what surrounds them, at whatever brightness that is."""
+"""Blobs: connected spots that stand out from what surrounds them, at whatever brightness that is.
+
+The centre of one is computed in ``crates/stickslip-py/src/spots/centre.rs``.
+"""
 
 from __future__ import annotations
 
