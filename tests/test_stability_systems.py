@@ -378,3 +378,15 @@ def test_masses_that_leave_at_one_time_are_followed_from_a_start_beside_theirs()
     cycle, exponents = ss.periodic_orbit(system), ss.lyapunov(system, 2000.0)
     assert set(ss.simulate(system, 500.0).events["contact"][-8:]) == {0, 1}
     assert exponents.exponents[:2] == pytest.approx([0.0, math.log(abs(cycle.multipliers[1])) / cycle.period], abs=1e-3)
+
+
+def test_masses_in_step_whose_events_come_together_close_as_one_mass_does():
+    law = ss.laws.ExponentialStribeck(1.0, 0.7, 0.3, 0.1)
+    pair = ss.chain(2, law, 0.3, coupling=2.0, damping=0.05)
+    one = ss.Oscillator(0.05, 0.3, law)
+    # Nearly in step at the end: rounding orders their events.
+    settled = ss.simulate(pair, 800.0, [1.2, 1.2], [0.05, 0.0])
+    alone = ss.periodic_orbit(one, ss.simulate(one, 200.0))
+    found = ss.periodic_orbit(pair, settled)
+    assert found.period == pytest.approx(alone.period, rel=1e-10)
+    assert found.stable

@@ -25,6 +25,8 @@ _NO_SIZE = 1e-290
 _ROUNDING = 1e-13
 #: Below this share of the period there is no stick: one that has vanished closes to rounding where slip is neutral.
 _NO_STICK = 1e-7
+#: Events of two contacts may come together, as of masses in step: closer than this share of the period, rounding orders them.
+_TOGETHER = 1e-12
 #: What no step takes away of a defect is a drift of the motion where it is more than this part of it.
 _DRIFT = 1e-10
 #: The largest step of Newton's method, in sizes of the motion, and the most rounds of it.
@@ -269,7 +271,8 @@ def once(closed: Return) -> Return:
 def inconsistency(here: Return) -> str | None:
     """Why the real motion does not follow the event sequence; None where it does."""
     stuck = here.sequence.stuck.any(axis=1)
-    if (here.durations <= 0).any() or (stuck.any() and here.durations[stuck].sum() < _NO_STICK * here.period):
+    together = _TOGETHER * here.period if here.sequence.stuck.shape[1] > 1 else 0.0
+    if (here.durations <= -together).any() or (stuck.any() and here.durations[stuck].sum() < _NO_STICK * here.period):
         return f"phase {int(np.argmin(here.durations))} would take no time"
     tests = here.tests[np.isfinite(here.tests["value"])]
     scale = 1e-9 * np.abs(tests["value"]).max(initial=1e-300)
