@@ -1,4 +1,4 @@
-//! Which oscillators go in lanes: all the conditions, and nothing else.
+//! Which oscillators go in lanes: the conditions. `LaneOscillator::of` asks the last of them, [`line_goes`], of each line.
 //!
 //! - At most one harmonic acts.
 //! - The drive moves forward.

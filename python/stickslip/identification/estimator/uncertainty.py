@@ -1,6 +1,7 @@
 """Standard errors and intervals of parameters: covariance, degrees of freedom and Student's t.
 
-What residuals say of their own scale and correlation is in `residual_statistics`.
+What residuals say of their own scale and correlation is in `residual_statistics`; intervals of trajectory fits from the
+profile of the likelihood are in `trajectory/profile.py`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Which candidates are sticks of a mass that does not creep, and where each begins and ends: where the record is likeliest.
 
 The candidates come from `stick_candidates`, where the sticks of a mass that creeps are decided too; which of the two applies
-is chosen in `draft_fit` (`fit_draft`).
+is chosen in `draft_fit` (`fit_draft`). Sticks of instruments that measure the force itself are decided in
+`instruments/direct_force/speed_sticks.py`.
 """
 
 from __future__ import annotations

@@ -11,6 +11,9 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
+MAD_TO_SIGMA = 1.4826
+"""Standard deviation of normal numbers over the median of their sizes."""
+
 
 class Row(NamedTuple):
     """One possible marker; see :class:`Detections`."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import Array
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.video.vision import vision
 
@@ -111,7 +111,7 @@ def share_that_passes(pictures: dict[int, ResponseMap], x: Array, y: Array, size
     if len(patches) < FEWEST or np.ptp(chosen, axis=0).max() < TRAVEL or patches.shape[1] < LEAST_GROUND:
         return 1.0
     patches -= np.median(patches, axis=1, keepdims=True)
-    limit = OUTSIDE * 1.4826 * max(float(np.median(np.abs(patches))), 0.5)
+    limit = OUTSIDE * MAD_TO_SIGMA * max(float(np.median(np.abs(patches))), 0.5)
     patches = np.clip(patches[:, np.abs(np.median(patches, axis=0)) < limit], -limit, limit)
     whole = float(np.sum(patches**2))
     changing = float(np.sum((patches - patches.mean(axis=0)) ** 2)) * len(patches) / (len(patches) - 1)

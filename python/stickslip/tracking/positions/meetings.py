@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import Array
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
 
 Indices = npt.NDArray[np.int64]
 
@@ -56,7 +56,7 @@ class Way:
         if len(seen) > 1:
             self.before[seen[0]], self.after[seen[-1]] = self.after[seen[0]], self.before[seen[-1]]
         self.middle = np.nanmedian(self.looks, axis=0)
-        self.spread = 1.4826 * np.nanmedian(np.abs(self.looks - self.middle), axis=0)
+        self.spread = MAD_TO_SIGMA * np.nanmedian(np.abs(self.looks - self.middle), axis=0)
 
     def alike(self, other: Way) -> bool:
         """Whether the look of the two does not tell them apart."""

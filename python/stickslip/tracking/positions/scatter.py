@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from stickslip.tracking.finding.detections import Array
-from stickslip.tracking.positions.size_changes import FEWEST_PICTURES, NORMAL, USUAL
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
+from stickslip.tracking.positions.size_changes import FEWEST_PICTURES, USUAL
 
 ORDERS = (6, 8, 10)
 """Differences of these orders hold nothing of a motion that twenty pictures a period show."""
@@ -69,11 +69,11 @@ def scatter(positions: Array, errors: Array, times: Array) -> Array:
         middle = seen[order // 2 : order // 2 + len(known)][known]
         if len(middle) < FEWEST_PICTURES:
             return nothing
-        found.append((NORMAL * float(np.median(size[known])), middle, size[known]))
+        found.append((MAD_TO_SIGMA * float(np.median(size[known])), middle, size[known]))
     usual, middle, own = min(found, key=lambda one: one[0])
     if found[-1][0] > UNRESOLVED * usual:
         return nothing
-    around = NORMAL * median_filter(own, min(USUAL, len(middle)), mode="reflect")
+    around = MAD_TO_SIGMA * median_filter(own, min(USUAL, len(middle)), mode="reflect")
     # few of those around are independent: half way, by ratio, to that of the whole film
     return np.interp(np.arange(len(positions)), middle, np.sqrt(usual * around))
 

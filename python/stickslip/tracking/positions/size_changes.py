@@ -7,16 +7,13 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import Array
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
 
 FEWEST_PICTURES = 30
 """Steps from which what is usual can be told."""
 
 USUAL = 51
 """Pictures over which what is usual is taken: the size of a marker, its scatter."""
-
-NORMAL = 1.4826
-"""Standard deviation of normal numbers over the median of their sizes."""
 
 SHRUNK = 0.12
 """A marker that loses so much of its diameter for some pictures is hidden in part; blur by motion does not shrink it."""
@@ -85,4 +82,4 @@ def size_change(size: Array) -> Array:
 
 def usual_change(change: Array) -> float:
     """A relative change up to which a size is as usual: six standard deviations, from the median."""
-    return 6 * NORMAL * float(np.median(np.abs(change)))
+    return 6 * MAD_TO_SIGMA * float(np.median(np.abs(change)))

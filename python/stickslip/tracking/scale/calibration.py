@@ -16,8 +16,7 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.files.checks import number
 from stickslip.files.schema import check_keys
-from stickslip.tracking.finding.detections import Array
-from stickslip.tracking.positions.size_changes import NORMAL
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
 from stickslip.tracking.scale.ruler import find_marks
 from stickslip.tracking.video.source import read_picture
 from stickslip.tracking.video.vision import vision
@@ -322,7 +321,7 @@ def _from_marks(
     for _ in range(3):  # a scratch or a stain taken for a mark stands out from the others
         curve = np.polynomial.Polynomial.fit(s[keep], positions[keep], order)
         misfit = np.abs(positions - curve(s))
-        keep = misfit <= max(6 * NORMAL * float(np.median(misfit)), 1e-9 * float(np.ptp(positions)))
+        keep = misfit <= max(6 * MAD_TO_SIGMA * float(np.median(misfit)), 1e-9 * float(np.ptp(positions)))
         if keep.sum() <= order + 1:
             keep[:] = True
     rms = float(np.sqrt(np.mean((positions - curve(s))[keep] ** 2)))
