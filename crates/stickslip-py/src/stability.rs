@@ -210,15 +210,6 @@ pub(crate) fn follow<'py>(
     };
     let (masses, _) = system.masses()?;
     let mut varied = Varied::new(masses, system.document(), &paths).map_err(refused)?;
-    if let Some((x0, v0)) = origin.filter(|_| !paths.is_empty()) {
-        let run = network::Run {
-            x0,
-            v0,
-            t_end: 0.0,
-            max_events: 0,
-        };
-        varied = varied.begun(|system| of_system::start(system, &run));
-    }
     let layout = Layout::of(masses);
     let start = state_from(layout, state.as_slice()?)?;
     let (modes, endings) = (phases.0.readonly(), phases.1.readonly());
@@ -241,6 +232,16 @@ pub(crate) fn follow<'py>(
         })
         .collect::<PyResult<Vec<_>>>()?;
     let last = contact_modes_of(layout, last.as_slice()?)?;
+    if let Some((x0, v0)) = origin.filter(|_| !paths.is_empty()) {
+        let run = network::Run {
+            x0,
+            v0,
+            t_end: 0.0,
+            max_events: 0,
+        };
+        let first = phases.first().map_or(&last, |phase| &phase.contact_modes);
+        varied = varied.begun(first, |system| of_system::start(system, &run));
+    }
     let followed = watched(py, None, |go_on| {
         variation::follow(&varied, &start, &phases, &last, keep, tests, go_on)
     })?;

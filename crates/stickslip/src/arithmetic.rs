@@ -3,5 +3,7 @@
 pub mod clock;
 pub mod dual;
 pub mod elementary;
+pub mod jet;
 pub(crate) mod matrix;
+pub mod scalar;
 pub mod series;

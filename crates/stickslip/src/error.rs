@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::scalar::Scalar;
+
 /// A request the core refuses, with the numbers that were refused.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(missing_docs, reason = "the fields are the numbers in the sentence")]
@@ -151,18 +153,20 @@ pub(crate) fn not_negative(name: &'static str, value: f64) -> Result<f64, Error>
 }
 
 /// That a table is finite and its abscissae increase strictly.
-pub(crate) fn increasing(name: &'static str, nodes: &[[f64; 2]]) -> Result<(), Error> {
+pub(crate) fn increasing<N: Scalar>(name: &'static str, nodes: &[[N; 2]]) -> Result<(), Error> {
+    let mut before = f64::NEG_INFINITY;
     for (index, node) in nodes.iter().enumerate() {
-        finite(name, node[0])?;
-        finite(name, node[1])?;
-        if index > 0 && node[0] <= nodes[index - 1][0] {
+        let after = finite(name, node[0].value())?;
+        finite(name, node[1].value())?;
+        if after <= before {
             return Err(Error::NodesNotIncreasing {
                 name,
                 index,
-                before: nodes[index - 1][0],
-                after: node[0],
+                before,
+                after,
             });
         }
+        before = after;
     }
     Ok(())
 }

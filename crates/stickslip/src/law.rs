@@ -6,6 +6,7 @@
 
 mod asymmetric;
 mod bogacz_ryczek;
+mod break_away_force;
 mod combined;
 mod constant_or_nodes;
 mod coulomb;
@@ -20,7 +21,6 @@ mod piecewise_linear;
 mod piecewise_polynomial;
 mod popp_stelter;
 mod rational;
-mod static_friction;
 mod static_kinetic;
 mod tabulated;
 mod two_branch;
@@ -29,6 +29,7 @@ use serde::{Deserialize, Serialize};
 
 pub use asymmetric::Asymmetric;
 pub use bogacz_ryczek::{BRANCHES, BogaczRyczek, UpperTurn};
+pub use break_away_force::StaticFriction;
 pub use combined::Combined;
 pub use constant_or_nodes::ConstantOrNodes;
 pub use coulomb::Coulomb;
@@ -42,36 +43,36 @@ pub use piecewise_linear::PiecewiseLinear;
 pub use piecewise_polynomial::PiecewisePolynomial;
 pub use popp_stelter::PoppStelter;
 pub use rational::Rational;
-pub use static_friction::StaticFriction;
 pub use static_kinetic::StaticKinetic;
 pub use tabulated::Tabulated;
 pub use two_branch::TwoBranch;
 
 use crate::error::{Error, wrong};
 use crate::law::declaration::{Facts, Kind, Limited, Limits, Value};
+use crate::scalar::Scalar;
 use crate::series::{Grown, Series};
 
 /// A point (slip speed, friction force) of the characteristic.
-pub type Point = [f64; 2];
+pub type Point<N = f64> = [N; 2];
 
 /// What an exponent is where a document leaves it out.
-pub(crate) fn one() -> f64 {
-    1.0
+pub(crate) fn one<N: From<f64>>() -> N {
+    1.0.into()
 }
 
 /// How the contact has been held: what static friction may depend on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rest {
+pub struct Rest<N = f64> {
     /// Time since the contact stuck, t_s.
-    pub stick_time: f64,
+    pub stick_time: N,
     /// |dF/dt| of the friction force now, δ.
-    pub force_rate: f64,
+    pub force_rate: N,
 }
 
-impl Rest {
+impl<N> Rest<N> {
     /// For so long, at this force rate.
     #[must_use]
-    pub fn new(stick_time: f64, force_rate: f64) -> Self {
+    pub fn new(stick_time: N, force_rate: N) -> Self {
         Self {
             stick_time,
             force_rate,
@@ -81,37 +82,37 @@ impl Rest {
 
 /// Static friction at one rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Adhesion {
+pub struct Adhesion<N = f64> {
     /// The static limit, f_s.
-    pub force: f64,
+    pub force: N,
     /// ∂f_s/∂t_s, or a bound of it.
-    pub growth: f64,
+    pub growth: N,
     /// ∂²f_s/∂t_s²; infinite where the growth is a bound only.
-    pub curvature: f64,
+    pub curvature: N,
     /// −∂f_s/∂δ.
-    pub softening: f64,
+    pub softening: N,
 }
 
 /// A linear piece of kinetic friction, valid for low ≤ u ≤ high: force = offset + slope · u.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct Piece<N = f64> {
     /// Force at zero slip speed, extrapolated.
-    pub offset: f64,
+    pub offset: N,
     /// df/du.
-    pub slope: f64,
+    pub slope: N,
     /// Slip speed at the low end.
-    pub low: f64,
+    pub low: N,
     /// Slip speed at the high end.
-    pub high: f64,
+    pub high: N,
     /// Which branch of its law this is; only the law reads it.
     pub branch: u32,
     /// Whether the law wants to know when the slip acceleration changes sign.
     pub reverses: bool,
 }
 
-impl Piece {
+impl<N: Scalar> Piece<N> {
     /// The line through `point` with `slope`, over low ≤ u ≤ high.
-    pub(crate) fn line(point: Point, slope: f64, low: f64, high: f64, branch: u32) -> Self {
+    pub(crate) fn line(point: Point<N>, slope: N, low: N, high: N, branch: u32) -> Self {
         Self {
             offset: point[1] - slope * point[0],
             slope,
@@ -123,12 +124,13 @@ impl Piece {
     }
 
     /// The same force at every slip speed.
-    pub(crate) fn constant(force: f64) -> Self {
-        Self::line([0.0, force], 0.0, 0.0, f64::INFINITY, 0)
+    pub(crate) fn constant(force: N) -> Self {
+        let zero = N::default();
+        Self::line([zero, force], zero, zero, f64::INFINITY.into(), 0)
     }
 
     /// Friction force at slip speed `u`.
-    pub fn force(&self, u: f64) -> f64 {
+    pub fn force(&self, u: N) -> N {
         self.offset + self.slope * u
     }
 }
@@ -149,15 +151,15 @@ pub enum End {
 
 /// What a contact remembers; written at events, read by laws that have a memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Memory {
+pub struct Memory<N = f64> {
     /// Where the upper branch starts.
-    pub anchor: Point,
+    pub anchor: Point<N>,
     /// Where the upper, the lower and the common line meet.
-    pub corner: Point,
+    pub corner: Point<N>,
     /// The break-away force, where the anchor was set by a break-away.
-    pub released_at: Option<f64>,
+    pub released_at: Option<N>,
     /// |dF/dt| that adhesion would feel now; written by the caller before a start in slip and a turn to rising slip speed.
-    pub force_rate: f64,
+    pub force_rate: N,
 }
 
 /// What can be checked before it runs: laws of either kind, with adhesion or with an internal state.
@@ -180,7 +182,7 @@ pub trait Checked {
     }
 }
 
-impl Value for Law {
+impl<N: Scalar> Value for Law<N> {
     const KIND: Kind = Kind::Law;
 
     fn check(&self, _name: &'static str, _limits: Limits) -> Result<(), Error> {
@@ -188,15 +190,15 @@ impl Value for Law {
     }
 }
 
-impl Checked for Law {
+impl<N: Scalar> Checked for Law<N> {
     fn check(&self) -> Result<(), Error> {
         self.validate()
     }
 
     fn check_scaled(&self) -> Result<(), Error> {
         let remembers = |law: &Self| {
-            let first = law.begin(0.0, f64::INFINITY, &mut Memory::default());
-            law.feels_force_rate() || law.branches(1.0).is_some() || first.reverses
+            let first = law.begin(0.0.into(), f64::INFINITY.into(), &mut Memory::default());
+            law.feels_force_rate() || law.branches(1.0.into()).is_some() || first.reverses
         };
         if [-1.0, 1.0]
             .into_iter()
@@ -212,8 +214,9 @@ impl Checked for Law {
     }
 }
 
-/// The answers every law gives. To add a law: one file with this trait, one line in [`Law`], and the same in Python.
-pub trait Friction: Limited {
+/// The answers every law gives, to numbers of any type. To add a law: one file with this trait, one line in [`Law`], and the same in
+/// Python.
+pub trait Friction<N: Scalar = f64>: Limited {
     /// Check the parameters, by their own limits and, where a law says more, together.
     ///
     /// # Errors
@@ -223,33 +226,37 @@ pub trait Friction: Limited {
     }
 
     /// The static limit. It must not fall with the stick time nor rise with the force rate.
-    fn static_limit(&self, rest: Rest) -> f64;
+    fn static_limit(&self, rest: Rest<N>) -> N;
 
     /// An upper bound of ∂f_s/∂t_s at and after `stick_time`; 0 for a law without dwell.
-    fn growth_bound(&self, _stick_time: f64) -> f64 {
-        0.0
+    fn growth_bound(&self, _stick_time: N) -> N {
+        N::default()
     }
 
     /// Where the static limit is f_s(0) + Δ (1 − e^(−γ t_s)), whatever the force rate: Δ and γ. None where it is not, or grows
     /// otherwise.
-    fn exponential_growth(&self) -> Option<[f64; 2]> {
+    fn exponential_growth(&self) -> Option<[N; 2]> {
         None
     }
 
     /// The static limit and, for the search for where it breaks, how that changes.
-    fn adhesion(&self, rest: Rest) -> Adhesion {
+    fn adhesion(&self, rest: Rest<N>) -> Adhesion<N> {
         let growth = self.growth_bound(rest.stick_time);
         Adhesion {
             force: self.static_limit(rest),
             growth,
-            curvature: if growth == 0.0 { 0.0 } else { f64::INFINITY },
-            softening: 0.0,
+            curvature: if growth == 0.0 {
+                N::default()
+            } else {
+                f64::INFINITY.into()
+            },
+            softening: N::default(),
         }
     }
 
     /// For a law that feels the force rate: an upper bound of −∂f_s/∂δ between two force rates, whatever the stick time.
-    fn softening_bound(&self, _rates: [f64; 2]) -> f64 {
-        f64::INFINITY
+    fn softening_bound(&self, _rates: [N; 2]) -> N {
+        f64::INFINITY.into()
     }
 
     /// Whether static friction depends on the force rate.
@@ -260,29 +267,35 @@ pub trait Friction: Limited {
     /// For a law whose kinetic friction is one smooth curve over all slip speeds instead of linear pieces: how far the slip
     /// speed may move from `u` without passing over a feature of the force that its values at both ends do not show. Such a
     /// law answers [`Friction::force`] and [`Friction::extend`]; its one piece holds nothing but the force at zero slip speed.
-    fn resolution(&self, _u: f64) -> Option<f64> {
+    fn resolution(&self, _u: N) -> Option<N> {
         None
     }
 
     /// Whether it is such a law.
     fn smooth(&self) -> bool {
-        self.resolution(0.0).is_some()
+        self.resolution(N::default()).is_some()
     }
 
     /// Kinetic friction on `piece` at slip speed `u`.
-    fn force(&self, piece: &Piece, u: f64) -> f64 {
+    fn force(&self, piece: &Piece<N>, u: N) -> N {
         piece.force(u)
     }
 
     /// For a smooth law: coefficient `k` of F(u(h)) from the coefficients of u up to `k`; called for k = 0, 1, 2, … in turn.
-    fn extend(&self, _u: &Series, _k: usize, _grown: &mut Grown) -> f64 {
-        f64::NAN
+    fn extend(&self, _u: &Series<N>, _k: usize, _grown: &mut Grown<N>) -> N {
+        f64::NAN.into()
     }
 
     /// For a smooth law: coefficient after coefficient of F(u(h)), of which `next` makes the next one of u. One call for all of
     /// them lets a compiler put a law into the loop.
     #[inline]
-    fn grow(&self, u: &mut Series, order: usize, grown: &mut Grown, mut next: impl FnMut(usize, f64) -> f64) {
+    fn grow(
+        &self,
+        u: &mut Series<N>,
+        order: usize,
+        grown: &mut Grown<N>,
+        mut next: impl FnMut(usize, N) -> N,
+    ) {
         for k in 0..order {
             let size = self.extend(u, k, grown);
             u[k + 1] = next(k, size);
@@ -291,21 +304,21 @@ pub trait Friction: Limited {
 
     /// For a law with branches by the sign of the slip acceleration that do not meet: its force at slip speed `u` while u
     /// falls and while it rises. Where the first is the smaller, the mode between them holds u; else the branches switch.
-    fn branches(&self, _u: f64) -> Option<[f64; 2]> {
+    fn branches(&self, _u: N) -> Option<[N; 2]> {
         None
     }
 
     /// The first piece after adhesion broke at `force`, slip speed 0.
-    fn leave(&self, _force: f64, memory: &mut Memory) -> Piece {
-        self.begin(0.0, f64::INFINITY, memory)
+    fn leave(&self, _force: N, memory: &mut Memory<N>) -> Piece<N> {
+        self.begin(N::default(), f64::INFINITY.into(), memory)
     }
 
     /// The piece for a motion that starts while slipping at speed `u`; `balance` is the friction at which the slip speed
     /// would not change.
-    fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece;
+    fn begin(&self, u: N, balance: N, memory: &mut Memory<N>) -> Piece<N>;
 
     /// The piece that follows where `piece` ended at slip speed `u`; a law of one piece has no other.
-    fn next(&self, piece: &Piece, _end: End, _u: f64, _memory: &mut Memory) -> Piece {
+    fn next(&self, piece: &Piece<N>, _end: End, _u: N, _memory: &mut Memory<N>) -> Piece<N> {
         *piece
     }
 }
@@ -314,46 +327,45 @@ macro_rules! laws {
     ($($name:ident),+) => {
         /// Any friction law, as one tagged document: `{"type": "Coulomb", "kinetic": 0.5}`.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(tag = "type")]
-        #[expect(clippy::large_enum_variant, reason = "laws are few and looked at in each phase: a pointer would cost more")]
-        pub enum Law { $(#[doc = "See the struct of that name."] $name($name)),+ }
+        #[serde(tag = "type", bound(deserialize = "N: Scalar"))]
+        pub enum Law<N = f64> { $(#[doc = "See the struct of that name."] $name($name<N>)),+ }
 
         impl Law {
             /// What is known of each law.
             pub fn facts() -> Vec<Facts> { vec![$(Facts::of(stringify!($name), $name::smooth)),+] }
         }
 
-        impl Limited for Law {
+        impl<N: Scalar> Limited for Law<N> {
             fn within_limits(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.within_limits()),+ } }
         }
 
-        impl Friction for Law {
+        impl<N: Scalar> Friction<N> for Law<N> {
             fn validate(&self) -> Result<(), Error> { match self { $(Self::$name(law) => law.validate()),+ } }
             #[inline]
-            fn static_limit(&self, rest: Rest) -> f64 { match self { $(Self::$name(law) => law.static_limit(rest)),+ } }
-            fn growth_bound(&self, stick_time: f64) -> f64 { match self { $(Self::$name(law) => law.growth_bound(stick_time)),+ } }
-            fn exponential_growth(&self) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.exponential_growth()),+ } }
+            fn static_limit(&self, rest: Rest<N>) -> N { match self { $(Self::$name(law) => law.static_limit(rest)),+ } }
+            fn growth_bound(&self, stick_time: N) -> N { match self { $(Self::$name(law) => law.growth_bound(stick_time)),+ } }
+            fn exponential_growth(&self) -> Option<[N; 2]> { match self { $(Self::$name(law) => law.exponential_growth()),+ } }
             #[inline]
-            fn adhesion(&self, rest: Rest) -> Adhesion { match self { $(Self::$name(law) => law.adhesion(rest)),+ } }
-            fn softening_bound(&self, rates: [f64; 2]) -> f64 { match self { $(Self::$name(law) => law.softening_bound(rates)),+ } }
+            fn adhesion(&self, rest: Rest<N>) -> Adhesion<N> { match self { $(Self::$name(law) => law.adhesion(rest)),+ } }
+            fn softening_bound(&self, rates: [N; 2]) -> N { match self { $(Self::$name(law) => law.softening_bound(rates)),+ } }
             fn feels_force_rate(&self) -> bool { match self { $(Self::$name(law) => law.feels_force_rate()),+ } }
             #[inline]
-            fn force(&self, piece: &Piece, u: f64) -> f64 { match self { $(Self::$name(law) => law.force(piece, u)),+ } }
+            fn force(&self, piece: &Piece<N>, u: N) -> N { match self { $(Self::$name(law) => law.force(piece, u)),+ } }
             #[inline]
-            fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 { match self { $(Self::$name(law) => law.extend(u, k, grown)),+ } }
-            fn grow(&self, u: &mut Series, order: usize, grown: &mut Grown, next: impl FnMut(usize, f64) -> f64) {
+            fn extend(&self, u: &Series<N>, k: usize, grown: &mut Grown<N>) -> N { match self { $(Self::$name(law) => law.extend(u, k, grown)),+ } }
+            fn grow(&self, u: &mut Series<N>, order: usize, grown: &mut Grown<N>, next: impl FnMut(usize, N) -> N) {
                 match self { $(Self::$name(law) => law.grow(u, order, grown, next)),+ }
             }
-            fn resolution(&self, u: f64) -> Option<f64> { match self { $(Self::$name(law) => law.resolution(u)),+ } }
-            fn branches(&self, u: f64) -> Option<[f64; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
+            fn resolution(&self, u: N) -> Option<N> { match self { $(Self::$name(law) => law.resolution(u)),+ } }
+            fn branches(&self, u: N) -> Option<[N; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
             #[inline]
-            fn leave(&self, force: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.leave(force, memory)),+ } }
-            fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.begin(u, balance, memory)),+ } }
+            fn leave(&self, force: N, memory: &mut Memory<N>) -> Piece<N> { match self { $(Self::$name(law) => law.leave(force, memory)),+ } }
+            fn begin(&self, u: N, balance: N, memory: &mut Memory<N>) -> Piece<N> { match self { $(Self::$name(law) => law.begin(u, balance, memory)),+ } }
             #[inline]
-            fn next(&self, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Piece { match self { $(Self::$name(law) => law.next(piece, end, u, memory)),+ } }
+            fn next(&self, piece: &Piece<N>, end: End, u: N, memory: &mut Memory<N>) -> Piece<N> { match self { $(Self::$name(law) => law.next(piece, end, u, memory)),+ } }
         }
 
-        $(impl From<$name> for Law { fn from(law: $name) -> Self { Self::$name(law) } })+
+        $(impl<N> From<$name<N>> for Law<N> { fn from(law: $name<N>) -> Self { Self::$name(law) } })+
     };
 }
 
@@ -377,7 +389,7 @@ laws!(
     Combined
 );
 
-impl Law {
+impl<N: Scalar> Law<N> {
     /// The law of one direction of slip, by the sign of w; at rest that of the friction force. The engines ask it before all that
     /// depends on the direction, as the mode knows that and a law does not.
     #[must_use]

@@ -85,7 +85,9 @@
 //! |---|---|
 //! | [`arithmetic`] | numbers that the rest is computed with |
 //! | [`clock`] | time that adds up without losing its last digit |
-//! | [`dual`] | numbers that carry their derivatives |
+//! | [`dual`] | numbers that carry their derivatives along any number of directions |
+//! | [`scalar`] | what a law computes with: any number type |
+//! | [`jet`] | numbers that carry their derivatives along a few axes: of these a law gives its exact derivatives |
 //! | [`series`] | Taylor coefficients and their recursions |
 //! | [`elementary`] | exponential, logarithm, sine and their kin with the same bits on every machine |
 //!
@@ -121,7 +123,7 @@ pub mod simulate;
 pub mod state_law;
 pub mod variation;
 
-pub use arithmetic::{clock, dual, elementary, series};
+pub use arithmetic::{clock, dual, elementary, jet, scalar, series};
 pub use engine::{event_sequence, hybrid_state, mode};
 pub use ensemble::{batch, rows, sweep};
 pub use model::{drive, harmonic, normal_force, oscillator, spring, state_system, system};

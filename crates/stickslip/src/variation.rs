@@ -8,8 +8,9 @@
 //! Solitons Fractals 5 (1995) 1671), sensitivities of memory included.
 //!
 //! Segments are differentiated in closed form where that is at hand, for one mass under friction of linear pieces. Elsewhere
-//! they are by the variational equation, whose Taylor series go along with those of the motion. Only a
-//! law's own algebra (break-away force, next line) and the parameters of the system are differenced, to the fourth order.
+//! they are by the variational equation, whose Taylor series go along with those of the motion. A law is asked with numbers
+//! that carry derivatives ([`Jet`](crate::jet::Jet)), so its own algebra (break-away force, next line) is exact. Only masses,
+//! springs, dampers, drives and forces are differenced, to the fourth order, and in closed form all but that is exact.
 //!
 //! Held to its sequence, a motion goes on smoothly where the real one would change it. What vanishes there are the *boundaries*,
 //! the test functions of the sliding bifurcations, and they carry their derivatives too.

@@ -2,11 +2,18 @@
 
 mod support;
 
+use serde_json::{Value, json};
 use stickslip::harmonic::Harmonic;
-use stickslip::law::{ConstantOrNodes, DwellTime, ForceRate, PiecewiseLinear, Tabulated, TwoBranch};
+use stickslip::jet::Jet;
+use stickslip::law::{
+    ConstantOrNodes, DwellTime, End, ForceRate, Friction, Law, Memory, PiecewiseLinear, Rest, Tabulated,
+    TwoBranch,
+};
 use stickslip::mode::Kind;
 use stickslip::orbit::Orbit;
 use stickslip::oscillator::Oscillator;
+use stickslip::scalar::Scalar;
+use stickslip::series::{Grown, nothing};
 use stickslip::simulate::{Run, Stop, simulate};
 use support::close;
 
@@ -89,7 +96,7 @@ fn branches_hold_where_neither_is_consistent() {
                 continue;
             }
             let (u, force, rising) = (w.abs(), state.force * w.signum(), -state.a * w.signum());
-            let [low, high] = stickslip::law::Friction::branches(&law, u).unwrap();
+            let [low, high] = Friction::branches(&law, u).unwrap();
             if rising == 0.0 {
                 held += 1;
                 assert!(force > low - 1e-9 && force < high + 1e-9);
@@ -195,4 +202,132 @@ fn tabulated_dwell_follows_the_curve() {
             release.stick_time
         );
     }
+}
+
+/// The places of the numbers of a document.
+fn places(document: &Value, place: &str, found: &mut Vec<String>) {
+    match document {
+        Value::Number(_) => found.push(place.into()),
+        Value::Array(items) => {
+            for (i, item) in items.iter().enumerate() {
+                places(item, &format!("{place}/{i}"), found);
+            }
+        }
+        Value::Object(items) => {
+            for (name, item) in items {
+                places(item, &format!("{place}/{name}"), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// What a law answers to a few questions.
+fn answers<N: Scalar>(law: &Law<N>) -> Vec<N> {
+    let number = |value: f64| N::from(value);
+    let law = law.toward(1.0);
+    let rest = Rest::new(number(1.3), number(0.4));
+    let mut found = vec![
+        law.static_limit(rest),
+        law.static_limit(Rest::new(number(0.0), number(0.2))),
+    ];
+    let mut pieces = Vec::new();
+    let mut memory = Memory::default();
+    for u in [0.05, 0.35] {
+        for balance in [f64::NEG_INFINITY, f64::INFINITY] {
+            pieces.push(law.begin(number(u), number(balance), &mut memory));
+        }
+    }
+    let mut piece = law.leave(number(2.1), &mut memory);
+    for end in [
+        End::High,
+        End::Reversal { rising: false },
+        End::Reversal { rising: true },
+    ] {
+        pieces.push(piece);
+        if piece.high.value().is_finite() || !matches!(end, End::High) {
+            piece = law.next(&piece, end, number(0.21), &mut memory);
+        }
+    }
+    for piece in pieces {
+        found.extend([
+            piece.offset,
+            piece.slope,
+            piece.low,
+            law.force(&piece, number(0.07)),
+        ]);
+    }
+    if law.smooth() {
+        let (mut u, mut grown) = (nothing(), Grown::default());
+        (u[0], u[1], u[2]) = (number(0.13), number(0.4), number(-0.3));
+        found.extend((0..8).map(|k| law.extend(&u, k, &mut grown)));
+    }
+    found.extend(law.branches(number(0.2)).into_iter().flatten());
+    found.extend([memory.anchor, memory.corner].into_iter().flatten());
+    found
+}
+
+/// Asked with numbers that carry derivatives, a law answers the same, and its derivatives by each number of its document are those
+/// of differences of the fourth order.
+#[test]
+fn laws_give_their_exact_derivatives() {
+    let mut checked = 0;
+    for facts in Law::facts() {
+        let mut document = facts.example;
+        document["type"] = facts.name.into();
+        let law: Law = serde_json::from_value(document.clone()).unwrap();
+        let own = answers(&law);
+        let mut found = Vec::new();
+        places(&document, "", &mut found);
+        for place in found {
+            let put = |value: Value| {
+                let mut beside = document.clone();
+                *beside.pointer_mut(&place).unwrap() = value;
+                beside
+            };
+            let value = document.pointer(&place).and_then(Value::as_f64).unwrap();
+            let along: Law<Jet> = serde_json::from_value(put(json!({"value": value, "axis": 5}))).unwrap();
+            let jets = answers(&along);
+            let step = 1e-4 * if value == 0.0 { 1.0 } else { value.abs() };
+            let around = [-2.0, -1.0, 1.0, 2.0].map(|steps| {
+                let beside: Law = serde_json::from_value(put((value + steps * step).into())).unwrap();
+                answers(&beside)
+            });
+            for (i, (jet, own)) in jets.iter().zip(&own).enumerate() {
+                assert!(jet.value == *own || own.is_nan(), "{} {place} {i}", facts.name);
+                assert!(
+                    jet.slopes
+                        .iter()
+                        .enumerate()
+                        .all(|(axis, slope)| axis == 5 || *slope == 0.0)
+                );
+                let [a, b, c, d] = [0, 1, 2, 3].map(|which| around[which][i]);
+                let expected = (8.0 * (c - b) - (d - a)) / (12.0 * step);
+                // At a corner of the law there is no derivative: differences to both sides tell.
+                let (down, up) = ((own - b) / step, (c - own) / step);
+                if !expected.is_finite() || (up - down).abs() > 1e-2 * (1.0 + up.abs()) {
+                    continue;
+                }
+                checked += 1;
+                assert!(
+                    (jet.slopes[5] - expected).abs() < 1e-7 * (1.0 + expected.abs()),
+                    "{} {place} {i}: {} {expected}",
+                    facts.name,
+                    jet.slopes[5]
+                );
+            }
+        }
+    }
+    assert!(checked > 2000, "{checked}");
+}
+
+/// A fall of static friction that is none yet has a derivative all the same.
+#[test]
+fn a_number_that_is_zero_varies() {
+    let document = json!({"type": "BogaczRyczek", "static_friction": {"initial": 2.0, "drop": {"value": 0.0, "axis": 0},
+        "drop_scale": 0.5}, "A": null, "B": [-0.41, 1.33], "C": null, "D": null, "l": [3.41, -0.28], "alpha": 0.5, "beta": 0.01,
+        "phi": -58.0, "psi": 39.0, "eta": 89.0});
+    let law: Law<Jet> = serde_json::from_value(document).unwrap();
+    let limit = law.static_limit(Rest::new(1.0.into(), 0.5.into()));
+    assert_eq!((limit.value, limit.slopes[0]), (2.0, 0.5));
 }

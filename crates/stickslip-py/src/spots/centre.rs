@@ -1,4 +1,4 @@
-//! Where a spot's centre is computed, and its standard error.
+//! Where the sub-pixel centre of a spot is computed, and its standard error. (Markers of other kinds: `tracking/finding/`.)
 //!
 //! The centre is that of the response I above the ground around the spot, a plane (uneven light shifts a dark marker of 12 px
 //! by 0.035 px otherwise); the contrast c grows and falls with the light, so where the response `black` of what reflects no

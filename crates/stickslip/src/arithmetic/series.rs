@@ -3,7 +3,7 @@
 //! A product, a reciprocal or an exponential of series has a recursion for its k-th coefficient from the lower ones
 //! (automatic differentiation: Moore, Interval Analysis, 1966; Jorba & Zou, Experimental Mathematics 14 (2005) 99).
 
-use crate::elementary::exp;
+use crate::scalar::Scalar;
 
 /// The highest power of a step that is kept, which smooth laws want: with more of them steps grow no longer by what they cost.
 pub const ORDER: usize = 28;
@@ -12,7 +12,7 @@ pub const ORDER: usize = 28;
 pub(crate) const LINEAR_ORDER: usize = 22;
 
 /// The coefficients of 1, h, h², …
-pub type Series = [f64; ORDER + 1];
+pub type Series<N = f64> = [N; ORDER + 1];
 
 /// 1/k
 pub(crate) const INVERSE: Series = {
@@ -28,25 +28,30 @@ pub(crate) const INVERSE: Series = {
 /// Nothing.
 pub const ZERO: Series = [0.0; ORDER + 1];
 
-/// What a smooth law carries from one coefficient to the next.
-#[derive(Clone, Debug)]
-pub struct Grown {
-    /// A first function of the slip speed.
-    pub first: Series,
-    /// A second one.
-    pub second: Series,
-    /// A third one.
-    pub third: Series,
-    /// The stages of a composition.
-    pub inner: Vec<Series>,
+/// The same of any number type.
+pub fn nothing<N: Scalar>() -> Series<N> {
+    [N::default(); ORDER + 1]
 }
 
-impl Default for Grown {
+/// What a smooth law carries from one coefficient to the next.
+#[derive(Clone, Debug)]
+pub struct Grown<N = f64> {
+    /// A first function of the slip speed.
+    pub first: Series<N>,
+    /// A second one.
+    pub second: Series<N>,
+    /// A third one.
+    pub third: Series<N>,
+    /// The stages of a composition.
+    pub inner: Vec<Series<N>>,
+}
+
+impl<N: Scalar> Default for Grown<N> {
     fn default() -> Self {
         Self {
-            first: ZERO,
-            second: ZERO,
-            third: ZERO,
+            first: nothing(),
+            second: nothing(),
+            third: nothing(),
             inner: Vec::new(),
         }
     }
@@ -54,14 +59,14 @@ impl Default for Grown {
 
 /// Σ a_j b_{k−j} for j from `from` to k.
 #[inline]
-fn convolve(a: &Series, b: &Series, from: usize, k: usize) -> f64 {
+fn convolve<N: Scalar>(a: &Series<N>, b: &Series<N>, from: usize, k: usize) -> N {
     let last = a[k] * b[0];
     if from == k {
         return last;
     }
     // The ends, of which the other factors have just become known, come last: the rest need not wait for them. It has four
     // sums, so that one addition need not wait for the other. The order is fixed, so are the bits.
-    let mut sums = [0.0; 4];
+    let mut sums = [N::default(); 4];
     let mut forward = a[from + 1..k].chunks_exact(4);
     let mut backward = b[1..k - from].rchunks_exact(4);
     for (a, b) in forward.by_ref().zip(backward.by_ref()) {
@@ -72,16 +77,16 @@ fn convolve(a: &Series, b: &Series, from: usize, k: usize) -> f64 {
     }
     // Three branches cost less than a loop of three rounds.
     match (forward.remainder(), backward.remainder()) {
-        ([a0, a1, a2], [b2, b1, b0]) => {
+        (&[a0, a1, a2], &[b2, b1, b0]) => {
             sums[0] += a0 * b0;
             sums[1] += a1 * b1;
             sums[2] += a2 * b2;
         }
-        ([a0, a1], [b1, b0]) => {
+        (&[a0, a1], &[b1, b0]) => {
             sums[0] += a0 * b0;
             sums[1] += a1 * b1;
         }
-        ([a0], [b0]) => sums[0] += a0 * b0,
+        (&[a0], &[b0]) => sums[0] += a0 * b0,
         _ => {}
     }
     ((sums[0] + sums[1]) + (sums[2] + sums[3])) + a[from] * b[k - from] + last
@@ -89,15 +94,15 @@ fn convolve(a: &Series, b: &Series, from: usize, k: usize) -> f64 {
 
 /// Coefficient k of a · b.
 #[inline]
-pub fn product(a: &Series, b: &Series, k: usize) -> f64 {
+pub fn product<N: Scalar>(a: &Series<N>, b: &Series<N>, k: usize) -> N {
     convolve(a, b, 0, k)
 }
 
 /// Coefficient k of r = 1/(1 + rate · u), from u up to k and r below k.
 #[inline]
-pub fn reciprocal(rate: f64, u: &Series, r: &Series, k: usize) -> f64 {
+pub fn reciprocal<N: Scalar>(rate: N, u: &Series<N>, r: &Series<N>, k: usize) -> N {
     if k == 0 {
-        1.0 / (1.0 + rate * u[0])
+        (rate * u[0] + 1.0).inverse()
     } else {
         -rate * r[0] * convolve(u, r, 1, k)
     }
@@ -106,18 +111,24 @@ pub fn reciprocal(rate: f64, u: &Series, r: &Series, k: usize) -> f64 {
 /// Coefficient k of e = exp(rate · u), from e below k and the `weighted` coefficients j · rate · u_j up to k, of which the
 /// last is written here.
 #[inline]
-pub fn exponential(rate: f64, u: &Series, weighted: &mut Series, e: &Series, k: usize) -> f64 {
+pub fn exponential<N: Scalar>(
+    rate: N,
+    u: &Series<N>,
+    weighted: &mut Series<N>,
+    e: &Series<N>,
+    k: usize,
+) -> N {
     if k == 0 {
-        return exp(rate * u[0]);
+        return (rate * u[0]).exp();
     }
-    weighted[k] = k as f64 * rate * u[k];
+    weighted[k] = rate * k as f64 * u[k];
     convolve(weighted, e, 1, k) * INVERSE[k]
 }
 
 /// Coefficient k ≥ 1 of p(u), by the stages of Horner's rule around u_0: stage j is p_j + (u − u_0) · stage j + 1. They begin
 /// with the coefficients of p in powers of u − u_0, the last of them is no more than that.
 #[inline]
-pub fn compose(u: &Series, stages: &mut [Series], k: usize) -> f64 {
+pub fn compose<N: Scalar>(u: &Series<N>, stages: &mut [Series<N>], k: usize) -> N {
     for j in (0..k.min(stages.len() - 1)).rev() {
         stages[j][k - j] = convolve(u, &stages[j + 1], 1, k - j);
     }

@@ -58,7 +58,7 @@ impl ForceLine {
     }
 
     /// Whether friction follows from the law.
-    fn slips(&self) -> bool {
+    pub(crate) fn slips(&self) -> bool {
         self.direction != 0.0 && self.slope.is_finite()
     }
 

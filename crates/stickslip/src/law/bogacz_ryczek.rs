@@ -1,6 +1,6 @@
 //! The law of Bogacz and Ryczek: static friction with memory and two piecewise-linear branches with shared geometry.
 //!
-//! The break-away force f_s(t_s, δ) is computed by `StaticFriction::force` in `law/static_friction.rs`: `static_limit` here only
+//! The break-away force f_s(t_s, δ) is computed by `StaticFriction::force` in `law/break_away_force.rs`: `static_limit` here only
 //! hands it on.
 //!
 //! What the paper states and what we had to read into it stands in `docs/paper-law.md`. In short, with an *anchor* on the
@@ -16,9 +16,9 @@
 
 use super::constant_or_nodes::ConstantOrNodes;
 use super::{Adhesion, End, Friction, Memory, Piece, Point, Rest, StaticFriction};
-use crate::elementary::tan;
 use crate::error::{Error, misshapen};
 use crate::law::declaration::{Limited, Parameters, parameters, words};
+use crate::scalar::Scalar;
 
 words! {
     /// The way that slip takes where its acceleration turns from + to − on the upper branch; the paper does not say it.
@@ -35,29 +35,29 @@ parameters! {
     /// The friction law with memory f(w, t_s, δ, sign ẇ) of "Almost periodic vibration excited by dry friction".
     ///
     /// Pencils A, C and D may lie at infinity (`None`); their lines then have the angles φ, ψ and η.
-    pub struct BogaczRyczek {
+    pub struct BogaczRyczek<N> {
         /// The surface f_s(t_s, δ).
-        pub static_friction: StaticFriction = StaticFriction::example() => [],
+        pub static_friction: StaticFriction<N> = StaticFriction::example() => [],
         /// Pencil of the upper, falling lines.
-        pub a: Option<Point> as "A" = None => [W, F],
+        pub a: Option<Point<N>> as "A" = None => [W, F],
         /// Pencil of the lower lines.
-        pub b: Point as "B" = [-0.41, 1.33] => [W.search(f64::NEG_INFINITY, 0.0), F],
+        pub b: Point<N> as "B" = [-0.41, 1.33] => [W.search(f64::NEG_INFINITY, 0.0), F],
         /// Pencil of the common, rising lines.
-        pub c: Option<Point> as "C" = None => [W, F],
+        pub c: Option<Point<N>> as "C" = None => [W, F],
         /// Pencil of the lines that climb from the lower to the upper branch.
-        pub d: Option<Point> as "D" = Some([0.33, 2.40]) => [W, F],
+        pub d: Option<Point<N>> as "D" = Some([0.33, 2.40]) => [W, F],
         /// The line of corners, (slope, intercept).
-        pub l: Point = [3.41, -0.28] => [Number::of("force velocity^-1").part("slope"), FORCE.part("intercept")],
+        pub l: Point<N> = [3.41, -0.28] => [Number::of("force velocity^-1").part("slope"), FORCE.part("intercept")],
         /// α(f_s): how far friction falls after break-away, the same after every one or a table over the break-away force.
-        pub alpha: ConstantOrNodes = ConstantOrNodes::Nodes(vec![[1.9, 0.0], [2.9, 1.7]]) => [FORCE.part("f_s"), FORCE.part("drop").not_negative()],
+        pub alpha: ConstantOrNodes<N> = ConstantOrNodes::Nodes(vec![[1.9, 0.0], [2.9, 1.7]]) => [FORCE.part("f_s"), FORCE.part("drop").not_negative()],
         /// β: the slip speed over which it falls.
-        pub beta: f64 = 0.01 => [VELOCITY.not_negative()],
+        pub beta: N = 0.01 => [VELOCITY.not_negative()],
         /// φ in degrees: angle of the upper line when A lies at infinity.
-        pub phi: f64 = -58.0 => [ANGLE.search(-89.99, 89.99)],
+        pub phi: N = -58.0 => [ANGLE.search(-89.99, 89.99)],
         /// ψ in degrees: angle of the common line when C lies at infinity.
-        pub psi: f64 = 39.0 => [ANGLE.search(-89.99, 89.99)],
+        pub psi: N = 39.0 => [ANGLE.search(-89.99, 89.99)],
         /// η in degrees: angle of the steepest climb, and of every passage between the branches but D's.
-        pub eta: f64 = 89.0 => [ANGLE.search(0.01, 89.99)],
+        pub eta: N = 89.0 => [ANGLE.search(0.01, 89.99)],
         /// What a turn of ẇ from + to − on the upper branch does.
         #[serde(default)]
         pub upper_turn: UpperTurn = UpperTurn::Down => [],
@@ -81,27 +81,27 @@ const STEEP: u32 = 5;
 /// Names of the branches, by the number an orbit's segment carries.
 pub const BRANCHES: [&str; 6] = ["fall", "upper", "common", "lower", "climb", "steep"];
 
-impl BogaczRyczek {
-    fn steepest(&self) -> f64 {
-        tan(self.eta.to_radians())
+impl<N: Scalar> BogaczRyczek<N> {
+    fn steepest(&self) -> N {
+        self.eta.tan_degrees()
     }
 
-    fn upper_slope(&self, anchor: Point) -> f64 {
+    fn upper_slope(&self, anchor: Point<N>) -> N {
         match self.a {
-            None => tan(self.phi.to_radians()),
+            None => self.phi.tan_degrees(),
             Some(a) => slope(a, anchor),
         }
     }
 
-    fn common_slope(&self, corner: Point) -> f64 {
+    fn common_slope(&self, corner: Point<N>) -> N {
         match self.c {
-            None => tan(self.psi.to_radians()),
+            None => self.psi.tan_degrees(),
             Some(c) => slope(c, corner),
         }
     }
 
     /// Where the upper line from `anchor` meets l; the anchor itself where it already lies beyond l.
-    fn corner(&self, anchor: Point) -> Point {
+    fn corner(&self, anchor: Point<N>) -> Point<N> {
         let falling = self.upper_slope(anchor);
         let [rising, intercept] = self.l;
         let w = (anchor[1] - falling * anchor[0] - intercept) / (rising - falling);
@@ -112,13 +112,13 @@ impl BogaczRyczek {
         }
     }
 
-    fn remember(&self, anchor: Point, memory: &mut Memory) {
+    fn remember(&self, anchor: Point<N>, memory: &mut Memory<N>) {
         memory.anchor = anchor;
         memory.corner = self.corner(anchor);
     }
 
     /// The upper characteristic at slip speed `u`, on which the motion is while the slip speed rises.
-    fn rising(&self, u: f64, memory: &Memory) -> Piece {
+    fn rising(&self, u: N, memory: &Memory<N>) -> Piece<N> {
         match memory.released_at {
             Some(force) if u < memory.anchor[0] => Self::fall(force, memory),
             _ if u < memory.corner[0] => self.upper(memory),
@@ -127,41 +127,48 @@ impl BogaczRyczek {
     }
 
     /// The first slip after a break-away at `force`.
-    fn fall(force: f64, memory: &Memory) -> Piece {
-        let slope = slope([0.0, force], memory.anchor);
+    fn fall(force: N, memory: &Memory<N>) -> Piece<N> {
+        let start = [N::default(), force];
+        let slope = slope(start, memory.anchor);
         Piece {
             reverses: true,
-            ..Piece::line([0.0, force], slope, 0.0, memory.anchor[0], FALL)
+            ..Piece::line(start, slope, start[0], memory.anchor[0], FALL)
         }
     }
 
-    fn upper(&self, memory: &Memory) -> Piece {
+    fn upper(&self, memory: &Memory<N>) -> Piece<N> {
         let slope = self.upper_slope(memory.anchor);
         // It is left by rising beyond the corner, by a turn or into a stick, never at a low end.
         Piece {
             reverses: true,
-            ..Piece::line(memory.anchor, slope, 0.0, memory.corner[0], UPPER)
+            ..Piece::line(memory.anchor, slope, N::default(), memory.corner[0], UPPER)
         }
     }
 
-    fn common(&self, memory: &Memory) -> Piece {
+    fn common(&self, memory: &Memory<N>) -> Piece<N> {
         let slope = self.common_slope(memory.corner);
         Piece {
             reverses: true,
-            ..Piece::line(memory.corner, slope, memory.corner[0], f64::INFINITY, COMMON)
+            ..Piece::line(
+                memory.corner,
+                slope,
+                memory.corner[0],
+                f64::INFINITY.into(),
+                COMMON,
+            )
         }
     }
 
-    fn lower(&self, memory: &Memory) -> Piece {
+    fn lower(&self, memory: &Memory<N>) -> Piece<N> {
         let slope = slope(self.b, memory.corner);
         Piece {
             reverses: true,
-            ..Piece::line(memory.corner, slope, 0.0, memory.corner[0], LOWER)
+            ..Piece::line(memory.corner, slope, N::default(), memory.corner[0], LOWER)
         }
     }
 
     /// From the turning point `from` up to the friction `top`.
-    fn climb(&self, from: Point, top: f64) -> Piece {
+    fn climb(&self, from: Point<N>, top: N) -> Piece<N> {
         let steepest = self.steepest();
         let slope = match self.d {
             Some(d) if from[0] < d[0] && d[1] > from[1] => slope(from, d).min(steepest),
@@ -175,41 +182,41 @@ impl BogaczRyczek {
     }
 
     /// Check that the branches after a break-away without rest at the force `top` make a characteristic.
-    fn validate_branches(&self, top: f64) -> Result<(), Error> {
+    fn validate_branches(&self, top: N) -> Result<(), Error> {
         let fallen = top - self.alpha.at(top);
         if fallen < 0.0 {
             return misshapen(
                 "alpha must not exceed the break-away force: friction after it would be negative",
-                self.alpha.at(top),
+                self.alpha.at(top).value(),
             );
         }
         let beyond = self.corner([self.beta, fallen]);
         if beyond[0] <= self.beta {
             return misshapen(
                 "the fall after break-away must end before the corner: beta must be smaller",
-                self.beta,
+                self.beta.value(),
             );
         }
         let mut memory = Memory::default();
-        self.remember([0.0, top], &mut memory);
-        if memory.corner[0] <= 0.0 || !memory.corner[0].is_finite() {
+        self.remember([N::default(), top], &mut memory);
+        if memory.corner[0] <= 0.0 || !memory.corner[0].value().is_finite() {
             return misshapen(
                 "the upper line from (0, f_s(0)) must meet the line l at w > 0",
-                memory.corner[0],
+                memory.corner[0].value(),
             );
         }
-        let lower = self.lower(&memory).force(0.0);
+        let lower = self.lower(&memory).force(N::default());
         if lower > top {
             return misshapen(
                 "the lower branch must lie below the upper one: move B down or l up; its force at w = 0 must not exceed f_s(0)",
-                lower,
+                lower.value(),
             );
         }
         Ok(())
     }
 
     /// What follows where the slip speed turns to rise at `from`, on the lower or the common line.
-    fn after_minimum(&self, from: Point, piece: &Piece, memory: &Memory) -> Piece {
+    fn after_minimum(&self, from: Point<N>, piece: &Piece<N>, memory: &Memory<N>) -> Piece<N> {
         // Static friction at stick time zero and the force rate of this moment (the paper's Eq. 7).
         let top = self.static_friction.without_rest(memory.force_rate);
         if from[1] < top {
@@ -223,7 +230,7 @@ impl BogaczRyczek {
     }
 
     /// The characteristic at slip speed `u` while it falls.
-    fn falling(&self, u: f64, memory: &Memory) -> Piece {
+    fn falling(&self, u: N, memory: &Memory<N>) -> Piece<N> {
         if u > memory.corner[0] {
             self.common(memory)
         } else {
@@ -232,7 +239,7 @@ impl BogaczRyczek {
     }
 
     /// The passage from `from`, on the lower branch, up to the upper characteristic that is there.
-    fn steep_up(&self, from: Point, memory: &Memory) -> Piece {
+    fn steep_up(&self, from: Point<N>, memory: &Memory<N>) -> Piece<N> {
         let steepest = self.steepest();
         let mut high = from[0];
         let fall = memory.released_at.map(|force| Self::fall(force, memory));
@@ -249,21 +256,22 @@ impl BogaczRyczek {
     }
 
     /// The passage from `from`, on the upper branch, down to the lower branch.
-    fn steep_down(&self, from: Point, memory: &Memory) -> Piece {
+    fn steep_down(&self, from: Point<N>, memory: &Memory<N>) -> Piece<N> {
         let steepest = self.steepest();
         let lower = self.lower(memory);
         let low = (from[1] - steepest * from[0] - lower.offset) / (lower.slope - steepest);
         Piece {
             reverses: true,
-            ..Piece::line(from, steepest, low.max(0.0), from[0], STEEP)
+            ..Piece::line(from, steepest, low.max(N::default()), from[0], STEEP)
         }
     }
 }
 
-impl Friction for BogaczRyczek {
+impl<N: Scalar> Friction<N> for BogaczRyczek<N> {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
         for (angle, low) in [(self.phi, -90.0), (self.psi, -90.0), (self.eta, 0.0)] {
+            let angle = angle.value();
             if angle <= low || angle >= 90.0 {
                 return misshapen(
                     "the angles phi, psi must lie in (−90°, 90°) and eta in (0°, 90°)",
@@ -272,25 +280,28 @@ impl Friction for BogaczRyczek {
             }
         }
         if self.b[0] > 0.0 {
-            return misshapen("the pencil B of the lower lines must lie at w ≤ 0", self.b[0]);
+            return misshapen(
+                "the pencil B of the lower lines must lie at w ≤ 0",
+                self.b[0].value(),
+            );
         }
         // At the force rate at which the static limit is largest; where it is less, the branches may cross near w = 0.
-        self.validate_branches(self.static_friction.without_rest(0.0))
+        self.validate_branches(self.static_friction.without_rest(N::default()))
     }
 
-    fn static_limit(&self, rest: Rest) -> f64 {
+    fn static_limit(&self, rest: Rest<N>) -> N {
         self.static_friction.force(rest)
     }
 
-    fn adhesion(&self, rest: Rest) -> Adhesion {
+    fn adhesion(&self, rest: Rest<N>) -> Adhesion<N> {
         self.static_friction.at(rest)
     }
 
-    fn softening_bound(&self, rates: [f64; 2]) -> f64 {
+    fn softening_bound(&self, rates: [N; 2]) -> N {
         self.static_friction.softening_bound(rates)
     }
 
-    fn growth_bound(&self, stick_time: f64) -> f64 {
+    fn growth_bound(&self, stick_time: N) -> N {
         self.static_friction.growth_bound(stick_time)
     }
 
@@ -298,13 +309,13 @@ impl Friction for BogaczRyczek {
         self.static_friction.feels_force_rate()
     }
 
-    fn leave(&self, force: f64, memory: &mut Memory) -> Piece {
+    fn leave(&self, force: N, memory: &mut Memory<N>) -> Piece<N> {
         self.remember([self.beta, force - self.alpha.at(force)], memory);
         memory.released_at = (self.beta > 0.0).then_some(force);
-        self.rising(0.0, memory)
+        self.rising(N::default(), memory)
     }
 
-    fn begin(&self, u: f64, balance: f64, memory: &mut Memory) -> Piece {
+    fn begin(&self, u: N, balance: N, memory: &mut Memory<N>) -> Piece<N> {
         self.leave(self.static_friction.without_rest(memory.force_rate), memory);
         let rising = self.rising(u, memory);
         let upper = balance >= rising.force(u) || self.upper_turn == UpperTurn::Back;
@@ -324,7 +335,7 @@ impl Friction for BogaczRyczek {
         }
     }
 
-    fn next(&self, piece: &Piece, end: End, u: f64, memory: &mut Memory) -> Piece {
+    fn next(&self, piece: &Piece<N>, end: End, u: N, memory: &mut Memory<N>) -> Piece<N> {
         match (piece.branch, end) {
             (FALL, End::High) => self.rising(memory.anchor[0], memory),
             (UPPER, End::High) => self.common(memory),
@@ -352,6 +363,6 @@ impl Friction for BogaczRyczek {
 }
 
 /// Slope of the line through two points.
-fn slope(from: Point, to: Point) -> f64 {
+fn slope<N: Scalar>(from: Point<N>, to: Point<N>) -> N {
     (to[1] - from[1]) / (to[0] - from[0])
 }

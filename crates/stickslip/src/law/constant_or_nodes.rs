@@ -5,24 +5,25 @@ use serde::{Deserialize, Serialize};
 use super::{Piece, Point};
 use crate::error::{Error, increasing};
 use crate::law::declaration::{Kind, Limits, Value};
+use crate::scalar::Scalar;
 
 /// A function of one variable: constant, or linear between nodes and constant beyond the first and the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum ConstantOrNodes {
+#[serde(untagged, bound(deserialize = "N: Scalar"))]
+pub enum ConstantOrNodes<N = f64> {
     /// The same value everywhere.
-    Constant(f64),
+    Constant(N),
     /// Nodes (abscissa, value).
-    Nodes(Vec<Point>),
+    Nodes(Vec<Point<N>>),
 }
 
-impl Value for ConstantOrNodes {
+impl<N: Scalar> Value for ConstantOrNodes<N> {
     const KIND: Kind = Kind::NumberOrNodes;
 
     /// There is a node, abscissae increase, and each value is within its limits.
     fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
         match self {
-            Self::Constant(value) => limits.check(name, *value),
+            Self::Constant(value) => limits.check(name, value.value()),
             Self::Nodes(nodes) if nodes.is_empty() => Err(Error::TooFewNodes {
                 name,
                 expected: 1,
@@ -30,29 +31,31 @@ impl Value for ConstantOrNodes {
             }),
             Self::Nodes(nodes) => {
                 increasing(name, nodes)?;
-                nodes.iter().try_for_each(|node| limits.check(name, node[1]))
+                nodes
+                    .iter()
+                    .try_for_each(|node| limits.check(name, node[1].value()))
             }
         }
     }
 }
 
-impl ConstantOrNodes {
+impl<N: Scalar> ConstantOrNodes<N> {
     /// The value at `at`.
-    pub(super) fn at(&self, at: f64) -> f64 {
+    pub(super) fn at(&self, at: N) -> N {
         self.line(at)[0]
     }
 
     /// The value at `at` and the slope from there on.
-    pub(super) fn line(&self, at: f64) -> [f64; 2] {
+    pub(super) fn line(&self, at: N) -> [N; 2] {
         match self {
-            Self::Constant(value) => [*value, 0.0],
+            Self::Constant(value) => [*value, N::default()],
             Self::Nodes(nodes) => {
                 let above = nodes.partition_point(|node| node[0] <= at);
                 if above == 0 {
-                    return [nodes[0][1], 0.0];
+                    return [nodes[0][1], N::default()];
                 }
                 if above == nodes.len() {
-                    return [nodes[above - 1][1], 0.0];
+                    return [nodes[above - 1][1], N::default()];
                 }
                 let (from, to) = (nodes[above - 1], nodes[above]);
                 let (rise, run) = (to[1] - from[1], to[0] - from[0]);
@@ -62,14 +65,14 @@ impl ConstantOrNodes {
     }
 
     /// The piece of friction between node `index` and the next one; beyond the last node the force stays.
-    pub(super) fn piece(&self, index: usize) -> Piece {
+    pub(super) fn piece(&self, index: usize) -> Piece<N> {
         let nodes = self.nodes();
         let Some(&from) = nodes.get(index) else {
-            return Piece::constant(self.at(0.0));
+            return Piece::constant(self.at(N::default()));
         };
         let (slope, high) = match nodes.get(index + 1) {
             Some(to) => ((to[1] - from[1]) / (to[0] - from[0]), to[0]),
-            None => (0.0, f64::INFINITY),
+            None => (N::default(), f64::INFINITY.into()),
         };
         #[expect(
             clippy::cast_possible_truncation,
@@ -79,7 +82,7 @@ impl ConstantOrNodes {
     }
 
     /// The nodes; none for a constant.
-    pub(super) fn nodes(&self) -> &[Point] {
+    pub(super) fn nodes(&self) -> &[Point<N>] {
         match self {
             Self::Constant(_) => &[],
             Self::Nodes(nodes) => nodes,

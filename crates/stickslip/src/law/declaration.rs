@@ -1,4 +1,5 @@
-//! What is known of the parameters of a law: declared once, beside the law, and read by whoever checks, fits, scales or shows it.
+//! How a law declares what is known of its parameters, once, for whoever checks, fits, scales or shows it. The declaration itself,
+//! with the unit of each parameter, stands in the file of the law (`coulomb.rs`: `kinetic … => [FORCE.not_negative()]`).
 //!
 //! The macro `parameters!` makes of one declaration the struct, its document, the check of its limits, an example and the table
 //! [`Parameters::PARAMETERS`].
@@ -8,7 +9,8 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value as Document};
 
 use crate::error::{Error, finite, not_negative, positive};
-use crate::law::Point;
+use crate::law::{Law, Point};
+use crate::scalar::Scalar;
 
 /// What a number must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -168,25 +170,25 @@ pub(crate) trait Value {
     fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error>;
 }
 
-impl Value for f64 {
+impl<N: Scalar> Value for N {
     const KIND: Kind = Kind::Number;
 
     fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
-        limits.check(name, *self)
+        limits.check(name, self.value())
     }
 }
 
-impl Value for Point {
+impl<N: Scalar> Value for Point<N> {
     const KIND: Kind = Kind::Point;
 
     fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
-        finite(name, self[0])?;
-        limits.check(name, self[1])
+        finite(name, self[0].value())?;
+        limits.check(name, self[1].value())
     }
 }
 
-impl<T: Value> Value for Box<T> {
-    const KIND: Kind = T::KIND;
+impl<N: Scalar> Value for Box<Law<N>> {
+    const KIND: Kind = Kind::Law;
 
     fn check(&self, name: &'static str, limits: Limits) -> Result<(), Error> {
         (**self).check(name, limits)
@@ -263,18 +265,28 @@ impl Facts {
 
 /// Declare the parameters of a law: `name: type = example => [its numbers]`; `as "other"` where a document has another name.
 macro_rules! parameters {
-    ($(#[$about:meta])* pub struct $law:ident {
+    // Of a law for any number type.
+    ($(#[$about:meta])* pub struct $law:ident<N> { $($fields:tt)* }) => {
+        parameters! {
+            for N:
+            $(#[$about])*
+            #[serde(bound(deserialize = "N: crate::scalar::Scalar"))]
+            pub struct $law { $($fields)* }
+        }
+    };
+    ($(for $N:ident:)? $(#[$about:meta])* pub struct $law:ident {
         $($(#[$meta:meta])* pub $field:ident: $type:ty $(as $name:literal)? = $example:expr => [$($number:expr),*]),+ $(,)?
     }) => {
-        $(#[$about])*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
         #[serde(deny_unknown_fields)]
-        pub struct $law { $($(#[$meta])* $(#[serde(rename = $name)])? pub $field: $type),+ }
+        $(#[$about])*
+        pub struct $law $(<$N = f64>)? { $($(#[$meta])* $(#[serde(rename = $name)])? pub $field: $type),+ }
 
         impl $crate::law::declaration::Parameters for $law {
             const PARAMETERS: &'static [$crate::law::declaration::Parameter] = {
                 #[allow(unused_imports, reason = "a law that is made of laws has no numbers")]
                 use $crate::law::declaration::numbers::*;
+                $(type $N = f64;)?
                 &[$($crate::law::declaration::Parameter {
                     name: [$($name,)? stringify!($field)][0],
                     kind: <$type as $crate::law::declaration::Value>::KIND,
@@ -285,14 +297,14 @@ macro_rules! parameters {
             fn example() -> Self { Self { $($field: $example),+ } }
         }
 
-        impl $law {
+        impl $(<$N>)? $law $(<$N>)? {
             /// From its parameters, in their order here.
             #[must_use]
             #[allow(clippy::too_many_arguments, reason = "a law has as many parameters as its source gives it")]
             pub fn new($($field: $type),+) -> Self { Self { $($field),+ } }
         }
 
-        impl $crate::law::declaration::Limited for $law {
+        impl $(<$N: $crate::scalar::Scalar>)? $crate::law::declaration::Limited for $law $(<$N>)? {
             fn within_limits(&self) -> Result<(), $crate::error::Error> {
                 #[allow(unused_imports, reason = "a law that is made of laws has no numbers")]
                 use $crate::law::declaration::numbers::*;

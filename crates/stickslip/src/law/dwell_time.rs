@@ -2,24 +2,25 @@
 
 use super::{Adhesion, Friction, Memory, Piece, Rest, StaticFriction};
 use crate::law::declaration::parameters;
+use crate::scalar::Scalar;
 
 parameters! {
     /// f_s(t_s) = f_k + Δ∞ (1 − exp(−γ t_s^m)), F = f_k sgn w in motion (Kato, Sato & Matsubayashi, Wear 20 (1972) 315).
-    pub struct DwellTime {
+    pub struct DwellTime<N> {
         /// Kinetic force f_k.
-        pub kinetic: f64 = 0.5 => [FORCE.not_negative()],
+        pub kinetic: N = 0.5 => [FORCE.not_negative()],
         /// Growth of static friction after an infinite rest, Δ∞.
-        pub limit: f64 = 0.5 => [FORCE.not_negative()],
+        pub limit: N = 0.5 => [FORCE.not_negative()],
         /// Rate γ, 1/time^m.
-        pub rate: f64 = 0.4 => [RATE],
+        pub rate: N = 0.4 => [RATE],
         /// Exponent m.
         #[serde(default = "crate::law::one")]
-        pub exponent: f64 = 1.0 => [EXPONENT],
+        pub exponent: N = 1.0 => [EXPONENT],
     }
 }
 
-impl DwellTime {
-    fn static_friction(&self) -> StaticFriction {
+impl<N: Scalar> DwellTime<N> {
+    fn static_friction(&self) -> StaticFriction<N> {
         StaticFriction {
             limit: self.limit,
             rate: self.rate,
@@ -29,24 +30,24 @@ impl DwellTime {
     }
 }
 
-impl Friction for DwellTime {
-    fn static_limit(&self, rest: Rest) -> f64 {
+impl<N: Scalar> Friction<N> for DwellTime<N> {
+    fn static_limit(&self, rest: Rest<N>) -> N {
         self.static_friction().force(rest)
     }
 
-    fn exponential_growth(&self) -> Option<[f64; 2]> {
+    fn exponential_growth(&self) -> Option<[N; 2]> {
         self.static_friction().exponential_growth()
     }
 
-    fn adhesion(&self, rest: Rest) -> Adhesion {
+    fn adhesion(&self, rest: Rest<N>) -> Adhesion<N> {
         self.static_friction().at(rest)
     }
 
-    fn growth_bound(&self, stick_time: f64) -> f64 {
+    fn growth_bound(&self, stick_time: N) -> N {
         self.static_friction().growth_bound(stick_time)
     }
 
-    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+    fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {
         Piece::constant(self.kinetic)
     }
 }

@@ -2,9 +2,9 @@
 
 use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Memory, Piece, Rest};
-use crate::elementary::exp;
 use crate::error::{Error, misshapen};
 use crate::law::declaration::{Limited, parameters};
+use crate::scalar::Scalar;
 use crate::series::{Grown, Series, exponential, product};
 
 parameters! {
@@ -12,71 +12,71 @@ parameters! {
     ///
     /// n = 1: Tustin, J. IEE 94 (1947) 143. n = 2, the Gaussian: Armstrong-Hélouvry, Dupont & Canudas de Wit, Automatica 30
     /// (1994) 1083, among the exponents of Bo & Pavelescu, Wear 82 (1982) 277.
-    pub struct ExponentialStribeck {
+    pub struct ExponentialStribeck<N> {
         /// Break-away force f_s.
-        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+        pub break_away: N = 1.0 => [FORCE.not_negative()],
         /// Kinetic force f_k at high speed, but for the viscous part: below zero where that part makes up for it. Fits look
         /// for one that is not.
-        pub kinetic: f64 = 0.5 => [FORCE.search(0.0, f64::INFINITY)],
+        pub kinetic: N = 0.5 => [FORCE.search(0.0, f64::INFINITY)],
         /// Slip speed w_s over which friction falls.
-        pub scale: f64 = 0.1 => [VELOCITY.positive()],
+        pub scale: N = 0.1 => [VELOCITY.positive()],
         /// Viscous coefficient b.
         #[serde(default)]
-        pub viscous: f64 = 0.2 => [Number::of("force velocity^-1")],
+        pub viscous: N = 0.2 => [Number::of("force velocity^-1")],
         /// Exponent n, 1 or 2.
         #[serde(default = "crate::law::one")]
-        pub exponent: f64 = 1.0 => [PURE.choices(&[1.0, 2.0])],
+        pub exponent: N = 1.0 => [PURE.choices(&[1.0, 2.0])],
     }
 }
 
-impl Friction for ExponentialStribeck {
+impl<N: Scalar> Friction<N> for ExponentialStribeck<N> {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
         at_least_kinetic(self.break_away, self.kinetic)?;
         if self.exponent != 1.0 && self.exponent != 2.0 {
             return misshapen(
                 "exponent must be 1 or 2, as friction in between has no slope to start slip with",
-                self.exponent,
+                self.exponent.value(),
             );
         }
         Ok(())
     }
 
-    fn static_limit(&self, _rest: Rest) -> f64 {
+    fn static_limit(&self, _rest: Rest<N>) -> N {
         self.break_away
     }
 
-    fn force(&self, _piece: &Piece, u: f64) -> f64 {
+    fn force(&self, _piece: &Piece<N>, u: N) -> N {
         let speed = u / self.scale;
         let fall = if self.exponent == 2.0 {
             speed * speed
         } else {
             speed
         };
-        self.kinetic + (self.break_away - self.kinetic) * exp(-fall) + self.viscous * u
+        self.kinetic + (self.break_away - self.kinetic) * (-fall).exp() + self.viscous * u
     }
 
-    fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+    fn extend(&self, u: &Series<N>, k: usize, grown: &mut Grown<N>) -> N {
         let Grown {
             first, second, third, ..
         } = grown;
         first[k] = if self.exponent == 2.0 {
             third[k] = product(u, u, k);
-            exponential(-1.0 / (self.scale * self.scale), third, second, first, k)
+            exponential(-(self.scale * self.scale).inverse(), third, second, first, k)
         } else {
-            exponential(-1.0 / self.scale, u, second, first, k)
+            exponential(-self.scale.inverse(), u, second, first, k)
         };
-        let rest = if k == 0 { self.kinetic } else { 0.0 };
+        let rest = if k == 0 { self.kinetic } else { N::default() };
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
     }
 
-    fn resolution(&self, u: f64) -> Option<f64> {
+    fn resolution(&self, u: N) -> Option<N> {
         // So far out the exponential is below rounding.
         let gone = if self.exponent == 2.0 { 6.0 } else { 36.0 };
-        Some((u.abs() - gone * self.scale).max(self.scale))
+        Some((u.abs() - self.scale * gone).max(self.scale))
     }
 
-    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+    fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {
         Piece::constant(self.break_away)
     }
 }

@@ -4,52 +4,53 @@ use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Memory, Piece, Rest};
 use crate::error::Error;
 use crate::law::declaration::{Limited, parameters};
+use crate::scalar::Scalar;
 use crate::series::{Grown, Series, product, reciprocal};
 
 parameters! {
     /// F(u) = f_k + (f_s − f_k)/(1 + (u/w_s)²) + b u, |F| ≤ f_s at rest (Hess & Soom, J. Tribology 112 (1990) 147).
-    pub struct Lorentzian {
+    pub struct Lorentzian<N> {
         /// Break-away force f_s.
-        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+        pub break_away: N = 1.0 => [FORCE.not_negative()],
         /// Kinetic force f_k at high speed, but for the viscous part.
-        pub kinetic: f64 = 0.5 => [FORCE.not_negative()],
+        pub kinetic: N = 0.5 => [FORCE.not_negative()],
         /// Slip speed w_s at which half of the difference is gone.
-        pub scale: f64 = 0.1 => [VELOCITY.positive()],
+        pub scale: N = 0.1 => [VELOCITY.positive()],
         /// Viscous coefficient b.
         #[serde(default)]
-        pub viscous: f64 = 0.2 => [Number::of("force velocity^-1")],
+        pub viscous: N = 0.2 => [Number::of("force velocity^-1")],
     }
 }
 
-impl Friction for Lorentzian {
+impl<N: Scalar> Friction<N> for Lorentzian<N> {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
         at_least_kinetic(self.break_away, self.kinetic)
     }
 
-    fn static_limit(&self, _rest: Rest) -> f64 {
+    fn static_limit(&self, _rest: Rest<N>) -> N {
         self.break_away
     }
 
-    fn force(&self, _piece: &Piece, u: f64) -> f64 {
+    fn force(&self, _piece: &Piece<N>, u: N) -> N {
         let speed = u / self.scale;
-        self.kinetic + (self.break_away - self.kinetic) / (1.0 + speed * speed) + self.viscous * u
+        self.kinetic + (self.break_away - self.kinetic) / (speed * speed + 1.0) + self.viscous * u
     }
 
-    fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+    fn extend(&self, u: &Series<N>, k: usize, grown: &mut Grown<N>) -> N {
         let Grown { first, second, .. } = grown;
         second[k] = product(u, u, k);
-        first[k] = reciprocal(1.0 / (self.scale * self.scale), second, first, k);
-        let rest = if k == 0 { self.kinetic } else { 0.0 };
+        first[k] = reciprocal((self.scale * self.scale).inverse(), second, first, k);
+        let rest = if k == 0 { self.kinetic } else { N::default() };
         rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
     }
 
-    fn resolution(&self, u: f64) -> Option<f64> {
+    fn resolution(&self, u: N) -> Option<N> {
         // Half of the way to the poles at ±i w_s.
-        Some(0.5 * (u * u + self.scale * self.scale).sqrt())
+        Some((u * u + self.scale * self.scale).sqrt() * 0.5)
     }
 
-    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+    fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {
         Piece::constant(self.break_away)
     }
 }

@@ -5,7 +5,8 @@ use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Memory, Piece, Point, Rest};
 use crate::error::{Error, misshapen, wrong};
 use crate::law::declaration::{Limited, parameters};
-use crate::series::{Grown, Series, ZERO, compose};
+use crate::scalar::Scalar;
+use crate::series::{Grown, Series, compose, nothing};
 
 /// The highest degree of a polynomial.
 const HIGHEST_DEGREE: usize = 16;
@@ -17,70 +18,73 @@ const SAME_PIECE_SHARE: f64 = 1e-13;
 
 /// What the degree is where a document leaves it out.
 #[expect(clippy::cast_precision_loss, reason = "a small whole number")]
-fn highest() -> f64 {
-    HIGHEST_DEGREE as f64
+fn highest<N: From<f64>>() -> N {
+    (HIGHEST_DEGREE as f64).into()
 }
 
 parameters! {
     /// F(u) is the polynomial through nodes 0 to n on the first piece, through nodes n to 2n on the second, and so on; beyond the
     /// last node its tangent there goes on. |F| ≤ f_s at rest.
-    pub struct PiecewisePolynomial {
+    pub struct PiecewisePolynomial<N> {
         /// Nodes (slip speed, kinetic force), the first at slip speed 0; n for each piece and one more.
-        pub nodes: Vec<Point> = vec![[0.0, 1.0], [0.15, 0.78], [0.5, 0.65], [0.85, 0.68], [1.0, 0.72]] => [SLIP_VELOCITY, NODE_FORCE],
+        pub nodes: Vec<Point<N>> = vec![[0.0, 1.0], [0.15, 0.78], [0.5, 0.65], [0.85, 0.68], [1.0, 0.72]] => [SLIP_VELOCITY, NODE_FORCE],
         /// Break-away force f_s.
-        pub break_away: f64 = 1.0 => [FORCE],
+        pub break_away: N = 1.0 => [FORCE],
         /// Degree n of the polynomials.
         #[serde(default = "highest")]
-        pub degree: f64 = 4.0 => [PURE.choices(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0])],
+        pub degree: N = 4.0 => [PURE.choices(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0, 16.0])],
     }
 }
 
-impl PiecewisePolynomial {
+impl<N: Scalar> PiecewisePolynomial<N> {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "a small whole number"
     )]
     fn order(&self) -> usize {
-        self.degree as usize
+        self.degree.value() as usize
     }
 
     /// The nodes of the piece around slip speed `u`; at a node between two pieces those above it.
-    fn around(&self, u: f64) -> &[Point] {
+    fn around(&self, u: N) -> &[Point<N>] {
         let n = self.order();
         let below = self.nodes.partition_point(|node| node[0] <= u).saturating_sub(1);
         let first = (below / n * n).min(self.nodes.len() - 1 - n);
         &self.nodes[first..=first + n]
     }
 
-    fn top(&self) -> f64 {
+    fn top(&self) -> N {
         self.nodes[self.nodes.len() - 1][0]
     }
 
     /// The polynomial around slip speed `u`, and where on it `u` is: beyond the last node the tangent there goes on.
-    fn polynomial(&self, u: f64) -> (Newton, f64) {
+    fn polynomial(&self, u: N) -> (Newton<N>, N) {
         (Newton::through(self.around(u)), u.min(self.top()))
     }
 }
 
 /// The slip speeds between which a piece lies.
-fn ends(nodes: &[Point]) -> [f64; 2] {
+fn ends<N: Scalar>(nodes: &[Point<N>]) -> [N; 2] {
     [nodes[0][0], nodes[nodes.len() - 1][0]]
 }
 
 /// A polynomial by Newton's divided differences.
-struct Newton {
-    at: [f64; HIGHEST_DEGREE + 1],
-    differences: [f64; HIGHEST_DEGREE + 1],
+struct Newton<N> {
+    at: [N; HIGHEST_DEGREE + 1],
+    differences: [N; HIGHEST_DEGREE + 1],
     count: usize,
 }
 
-impl Newton {
+impl<N: Scalar> Newton<N> {
     /// Nodes are taken in the bit-reversed order of their numbers: so they are spread at every stage, and what is lost is of the
     /// size of rounding.
-    fn through(nodes: &[Point]) -> Self {
+    fn through(nodes: &[Point<N>]) -> Self {
         let count = nodes.len();
-        let (mut at, mut differences) = ([0.0; HIGHEST_DEGREE + 1], [0.0; HIGHEST_DEGREE + 1]);
+        let (mut at, mut differences) = (
+            [N::default(); HIGHEST_DEGREE + 1],
+            [N::default(); HIGHEST_DEGREE + 1],
+        );
         let spread = (0_u32..32).map(|i| (i.reverse_bits() >> 27) as usize);
         for (i, index) in spread.filter(|index| *index < count).enumerate() {
             [at[i], differences[i]] = nodes[index];
@@ -99,20 +103,20 @@ impl Newton {
 
     /// How far beyond a knot a motion may go unseen, into the piece through `beside` of a width with the sign of the way, or into
     /// the tangent: hardly any distance, unless the one goes on as the other.
-    fn stride(&self, beside: Option<&[Point]>, knot: f64, width: f64) -> f64 {
-        let at = knot + STRIDE_SHARE * width;
+    fn stride(&self, beside: Option<&[Point<N>]>, knot: N, width: N) -> N {
+        let at = knot + width * STRIDE_SHARE;
         let [here, slope] = self.value_and_slope(knot);
         let [ahead, _] = self.value_and_slope(at);
         let other = match beside {
             Some(nodes) => Self::through(nodes).value_and_slope(at)[0],
             None => here + slope * (at - knot),
         };
-        let alike = (ahead - other).abs() <= SAME_PIECE_SHARE * (here.abs() + (ahead - here).abs());
+        let alike = (ahead - other).abs() <= (here.abs() + (ahead - here).abs()) * SAME_PIECE_SHARE;
         width.abs() * if alike { STRIDE_SHARE } else { 1e-10 }
     }
 
-    fn value_and_slope(&self, u: f64) -> [f64; 2] {
-        let (mut value, mut slope) = (0.0, 0.0);
+    fn value_and_slope(&self, u: N) -> [N; 2] {
+        let (mut value, mut slope) = (N::default(), N::default());
         for i in (0..self.count).rev() {
             let away = u - self.at[i];
             slope = slope * away + value;
@@ -122,8 +126,8 @@ impl Newton {
     }
 
     /// In powers of (· − u).
-    fn powers(&self, u: f64) -> [f64; HIGHEST_DEGREE + 1] {
-        let mut powers = [0.0; HIGHEST_DEGREE + 1];
+    fn powers(&self, u: N) -> [N; HIGHEST_DEGREE + 1] {
+        let mut powers = [N::default(); HIGHEST_DEGREE + 1];
         for i in (0..self.count).rev() {
             let away = u - self.at[i];
             for k in (1..self.count - i).rev() {
@@ -135,11 +139,12 @@ impl Newton {
     }
 }
 
-impl Friction for PiecewisePolynomial {
+impl<N: Scalar> Friction<N> for PiecewisePolynomial<N> {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
-        if !(2.0..=highest()).contains(&self.degree) || self.degree.fract() != 0.0 {
-            return misshapen("degree must be a whole number from 2 to 16", self.degree);
+        let degree = self.degree.value();
+        if !(2.0..=highest()).contains(&degree) || degree.fract() != 0.0 {
+            return misshapen("degree must be a whole number from 2 to 16", degree);
         }
         let (n, count) = (self.order(), self.nodes.len());
         if count <= n || !(count - 1).is_multiple_of(n) {
@@ -155,25 +160,25 @@ impl Friction for PiecewisePolynomial {
         at_least_kinetic(self.break_away, self.nodes[0][1])
     }
 
-    fn static_limit(&self, _rest: Rest) -> f64 {
+    fn static_limit(&self, _rest: Rest<N>) -> N {
         self.break_away
     }
 
-    fn force(&self, _piece: &Piece, u: f64) -> f64 {
+    fn force(&self, _piece: &Piece<N>, u: N) -> N {
         let (polynomial, at) = self.polynomial(u);
         let [value, slope] = polynomial.value_and_slope(at);
         value + slope * (u - at)
     }
 
-    fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+    fn extend(&self, u: &Series<N>, k: usize, grown: &mut Grown<N>) -> N {
         let inner = &mut grown.inner;
         if k == 0 {
             let (polynomial, at) = self.polynomial(u[0]);
             let mut powers = polynomial.powers(at);
             powers[0] += powers[1] * (u[0] - at);
             let degree = if u[0] < self.top() { self.order() } else { 1 };
-            inner.resize(degree + 1, ZERO);
-            inner[degree] = ZERO;
+            inner.resize(degree + 1, nothing());
+            inner[degree] = nothing();
             for (series, term) in inner.iter_mut().zip(powers) {
                 series[0] = term;
             }
@@ -182,8 +187,8 @@ impl Friction for PiecewisePolynomial {
         compose(u, inner, k)
     }
 
-    fn resolution(&self, u: f64) -> Option<f64> {
-        let (u, nodes) = (u.max(0.0), self.around(u));
+    fn resolution(&self, u: N) -> Option<N> {
+        let (u, nodes) = (u.max(N::default()), self.around(u));
         let [low, high] = ends(nodes);
         let n = self.order();
         let first = self.nodes.partition_point(|node| node[0] < low);
@@ -192,7 +197,7 @@ impl Friction for PiecewisePolynomial {
         if u >= high {
             return Some(u - high + Newton::through(nodes).stride(None, high, low - high));
         }
-        let inside = 0.25 * (high - low);
+        let inside = (high - low) * 0.25;
         let mut room = inside;
         if high - u < inside {
             let beside = above.unwrap_or(nodes);
@@ -208,7 +213,7 @@ impl Friction for PiecewisePolynomial {
         Some(room)
     }
 
-    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+    fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {
         Piece::constant(self.nodes[0][1])
     }
 }

@@ -4,48 +4,49 @@ use super::static_kinetic::at_least_kinetic;
 use super::{Friction, Memory, Piece, Rest};
 use crate::error::Error;
 use crate::law::declaration::{Limited, parameters};
+use crate::scalar::Scalar;
 use crate::series::{Grown, Series, product, reciprocal};
 
 parameters! {
     /// F(u) = (f_s − f_k)/(1 + λ₁ u) + f_k + λ₂ u², |F| ≤ f_s at rest (Popp & Stelter, Phil. Trans. R. Soc. A 332 (1990) 89).
-    pub struct PoppStelter {
+    pub struct PoppStelter<N> {
         /// Break-away force f_s.
-        pub break_away: f64 = 0.4 => [FORCE.not_negative()],
+        pub break_away: N = 0.4 => [FORCE.not_negative()],
         /// Force the hyperbola falls to, f_k.
-        pub kinetic: f64 = 0.1 => [FORCE.not_negative()],
+        pub kinetic: N = 0.1 => [FORCE.not_negative()],
         /// How fast it falls, λ₁ in 1/velocity.
-        pub weakening: f64 = 1.42 => [Number::of("velocity^-1").not_negative()],
+        pub weakening: N = 1.42 => [Number::of("velocity^-1").not_negative()],
         /// The square part λ₂.
         #[serde(default)]
-        pub square: f64 = 0.01 => [Number::of("force velocity^-2")],
+        pub square: N = 0.01 => [Number::of("force velocity^-2")],
     }
 }
 
-impl Friction for PoppStelter {
+impl<N: Scalar> Friction<N> for PoppStelter<N> {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
         at_least_kinetic(self.break_away, self.kinetic)
     }
 
-    fn static_limit(&self, _rest: Rest) -> f64 {
+    fn static_limit(&self, _rest: Rest<N>) -> N {
         self.break_away
     }
 
-    fn force(&self, _piece: &Piece, u: f64) -> f64 {
-        (self.break_away - self.kinetic) / (1.0 + self.weakening * u) + self.kinetic + self.square * u * u
+    fn force(&self, _piece: &Piece<N>, u: N) -> N {
+        (self.break_away - self.kinetic) / (self.weakening * u + 1.0) + self.kinetic + self.square * u * u
     }
 
-    fn extend(&self, u: &Series, k: usize, grown: &mut Grown) -> f64 {
+    fn extend(&self, u: &Series<N>, k: usize, grown: &mut Grown<N>) -> N {
         grown.first[k] = reciprocal(self.weakening, u, &grown.first, k);
-        let rest = if k == 0 { self.kinetic } else { 0.0 };
+        let rest = if k == 0 { self.kinetic } else { N::default() };
         rest + (self.break_away - self.kinetic) * grown.first[k] + self.square * product(u, u, k)
     }
 
-    fn resolution(&self, u: f64) -> Option<f64> {
-        Some(0.5 * (u.abs() + 1.0 / self.weakening))
+    fn resolution(&self, u: N) -> Option<N> {
+        Some((u.abs() + self.weakening.inverse()) * 0.5)
     }
 
-    fn begin(&self, _u: f64, _balance: f64, _memory: &mut Memory) -> Piece {
+    fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {
         Piece::constant(self.break_away)
     }
 }

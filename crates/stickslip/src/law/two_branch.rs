@@ -6,29 +6,30 @@ use super::static_kinetic::at_least_kinetic;
 use super::{End, Friction, Memory, Piece, Rest};
 use crate::error::Error;
 use crate::law::declaration::{Limited, parameters};
+use crate::scalar::Scalar;
 
 parameters! {
     /// F = f₊(u) while u = |w| rises, f₋(u) while it falls, |F| ≤ f_s at rest (Hunt, Torbe & Spencer, Wear 8 (1965) 455).
     ///
     /// Where f₋ < f₊, friction between the two holds the slip speed: F is set-valued at u̇ = 0 as it is at w = 0. Where
     /// f₋ > f₊, both branches are consistent for forces between them, and the motion stays on its branch until that ends.
-    pub struct TwoBranch {
+    pub struct TwoBranch<N> {
         /// f₊: a number or nodes (slip speed, force), the first at slip speed 0; constant beyond the last.
-        pub rising: ConstantOrNodes = ConstantOrNodes::Nodes(vec![[0.0, 1.0], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
+        pub rising: ConstantOrNodes<N> = ConstantOrNodes::Nodes(vec![[0.0, 1.0], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
         /// f₋, likewise.
-        pub falling: ConstantOrNodes = ConstantOrNodes::Nodes(vec![[0.0, 0.6], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
+        pub falling: ConstantOrNodes<N> = ConstantOrNodes::Nodes(vec![[0.0, 0.6], [0.6, 0.7]]) => [SLIP_VELOCITY, NODE_FORCE.not_negative()],
         /// Break-away force f_s.
-        pub break_away: f64 = 1.0 => [FORCE.not_negative()],
+        pub break_away: N = 1.0 => [FORCE.not_negative()],
     }
 }
 
-impl TwoBranch {
-    fn table(&self, rising: bool) -> &ConstantOrNodes {
+impl<N: Scalar> TwoBranch<N> {
+    fn table(&self, rising: bool) -> &ConstantOrNodes<N> {
         if rising { &self.rising } else { &self.falling }
     }
 
-    /// Piece `index` of a branch; its number tells both.
-    fn piece(&self, index: usize, rising: bool) -> Piece {
+    /// Piece<N> `index` of a branch; its number tells both.
+    fn piece(&self, index: usize, rising: bool) -> Piece<N> {
         #[expect(
             clippy::cast_possible_truncation,
             reason = "a table has fewer than 2^31 nodes"
@@ -42,7 +43,7 @@ impl TwoBranch {
     }
 
     /// The piece on which a slip at speed `u` goes on.
-    fn at(&self, u: f64, rising: bool) -> Piece {
+    fn at(&self, u: N, rising: bool) -> Piece<N> {
         let nodes = self.table(rising).nodes();
         // At a node the piece ahead.
         let above = nodes.partition_point(|node| node[0] < u || (rising && node[0] == u));
@@ -50,31 +51,32 @@ impl TwoBranch {
     }
 }
 
-impl Friction for TwoBranch {
+impl<N: Scalar> Friction<N> for TwoBranch<N> {
     fn validate(&self) -> Result<(), Error> {
         self.within_limits()?;
         from_zero(self.rising.nodes())?;
         from_zero(self.falling.nodes())?;
-        at_least_kinetic(self.break_away, self.rising.at(0.0).max(self.falling.at(0.0)))
+        let zero = N::default();
+        at_least_kinetic(self.break_away, self.rising.at(zero).max(self.falling.at(zero)))
     }
 
-    fn static_limit(&self, _rest: Rest) -> f64 {
+    fn static_limit(&self, _rest: Rest<N>) -> N {
         self.break_away
     }
 
-    fn branches(&self, u: f64) -> Option<[f64; 2]> {
+    fn branches(&self, u: N) -> Option<[N; 2]> {
         Some([self.falling.at(u), self.rising.at(u)])
     }
 
-    fn leave(&self, _force: f64, _memory: &mut Memory) -> Piece {
+    fn leave(&self, _force: N, _memory: &mut Memory<N>) -> Piece<N> {
         self.piece(0, true)
     }
 
-    fn begin(&self, u: f64, balance: f64, _memory: &mut Memory) -> Piece {
+    fn begin(&self, u: N, balance: N, _memory: &mut Memory<N>) -> Piece<N> {
         self.at(u, balance >= self.rising.at(u))
     }
 
-    fn next(&self, piece: &Piece, end: End, u: f64, _memory: &mut Memory) -> Piece {
+    fn next(&self, piece: &Piece<N>, end: End, u: N, _memory: &mut Memory<N>) -> Piece<N> {
         let (index, rising) = (piece.branch as usize / 2, piece.branch.is_multiple_of(2));
         match end {
             End::High => self.piece(index + 1, rising),

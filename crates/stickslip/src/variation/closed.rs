@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::saltation::grow;
 use super::state::{ContactMode, Layout, Moving};
-use super::varied::{Varied, difference};
+use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
 use crate::dual::Dual;
 use crate::elementary::{exp, sin_cos};
@@ -84,12 +84,14 @@ impl Closed {
         let own = numbers(&varied.base)?;
         let mut rates = vec![Vec::new(); own.len()];
         for (parameter, axis) in varied.parameters.iter().zip(LAYOUT.width()..) {
-            let around = parameter.around.each_ref().map(numbers);
-            let [Some(a), Some(b), Some(c), Some(d)] = around else {
+            let Parameter::System(around, step) = parameter else {
+                continue;
+            };
+            let [Some(a), Some(b), Some(c), Some(d)] = around.each_ref().map(numbers) else {
                 return None;
             };
             for (i, rates) in rates.iter_mut().enumerate() {
-                let rate = difference([a[i], b[i], c[i], d[i]], parameter.step);
+                let rate = difference([a[i], b[i], c[i], d[i]], *step);
                 if rate != 0.0 {
                     rates.push((axis, rate));
                 }
@@ -166,7 +168,7 @@ impl Closed {
     }
 
     /// Its rate.
-    fn holding_rate(&self, t: &Dual) -> Dual {
+    pub(super) fn holding_rate(&self, t: &Dual) -> Dual {
         let [_, _, stiffness, drive] = self.system;
         let mut rate = -self.forcing(t, true);
         rate.value += stiffness * drive;

@@ -14,11 +14,14 @@
 //! the next phase, as the time at which that starts is one of the numbers and moves too.
 
 use super::segment::{Expansion, VariedMotion};
-use super::state::{ContactMode, Ending, Flags, HIGH, LOW, Layout, Moving, Phase, STICK_TIME, line_of};
-use super::varied::{LINE_STEP, RELATIVE_STEP};
+use super::state::{
+    ContactMode, Ending, Flags, HIGH, LOW, Layout, Moving, Phase, STICK_TIME, State, line_of,
+};
 use crate::clock::Clock;
 use crate::dual::Dual;
-use crate::law::{End, Friction, Law, Memory, Piece, Rest};
+use crate::jet::Jet;
+use crate::law::{End, Friction, Memory, Piece, Rest};
+use crate::scalar::Scalar;
 use crate::series::ZERO;
 use crate::system::System;
 
@@ -46,13 +49,13 @@ impl VariedMotion<'_> {
             (Some(ContactMode::Hold(direction)), Ending::Line(end)) => {
                 let rising = usize::from(end == End::High);
                 let parameters = self.parameters(start.numbers[0].rates.len());
-                let [between] = self
-                    .varied
-                    .ask(c, [&expansion.u(c)], parameters, LINE_STEP, |law, [u]| {
-                        [law.toward(*direction)
-                            .branches(u)
-                            .map_or(f64::NAN, |pair| pair[rising])]
-                    });
+                let u = expansion.u(c);
+                let mut between = [Dual::fixed(0.0, u.rates.len())];
+                self.varied.ask(c, [&u], parameters, &mut between, |law, [u]| {
+                    let branches = law.toward(*direction).branches(u);
+                    [branches.map_or(f64::NAN.into(), |pair| pair[rising])]
+                });
+                let [between] = between;
                 expansion.force(c) * *direction - &between
             }
             (Some(ContactMode::Slip(_)), Ending::Line(End::Low)) => expansion.u(c) - line(LOW),
@@ -147,15 +150,16 @@ impl VariedMotion<'_> {
 
     /// The static limit against slip in a direction.
     fn static_limit(&self, c: usize, direction: f64, stick_time: &Dual, rate: impl FnOnce() -> Dual) -> Dual {
-        let rate = self.felt_force_rate(c, stick_time.rates.len(), rate).abs();
-        let parameters = self.parameters(rate.rates.len());
+        let directions = stick_time.rates.len();
+        let rate = self.felt_force_rate(c, directions, rate).abs();
+        let parameters = self.parameters(directions);
         let inputs = [stick_time, &rate];
-        let [limit] = self
-            .varied
-            .ask(c, inputs, parameters, RELATIVE_STEP, |law, [stick_time, rate]| {
-                [law.toward(direction)
-                    .static_limit(Rest::new(stick_time.max(0.0), rate.abs()))]
-            });
+        let mut limit = [Dual::fixed(0.0, directions)];
+        (self.varied).ask(c, inputs, parameters, &mut limit, |law, [stick_time, rate]| {
+            let rest = Rest::new(stick_time.max(Jet::default()), rate);
+            [law.toward(direction).static_limit(rest)]
+        });
+        let [limit] = limit;
         limit
     }
 
@@ -165,6 +169,15 @@ impl VariedMotion<'_> {
         stuck[c] = ContactMode::Stick;
         self.stop_stuck_masses(&mut state, &stuck);
         self.holding(&state, &stuck, c)
+    }
+
+    /// That rate where a phase ends.
+    fn rate_if_stuck(&self, end: &PhaseEnd, c: usize) -> Dual {
+        if let Some(closed) = &self.closed {
+            return closed.holding_rate(&later(&end.start.numbers[0], end.tau));
+        }
+        let [_, rate] = self.if_stuck(self.state_at_end(end), &end.phase.contact_modes, c);
+        rate
     }
 
     /// The state with the time, the positions and the velocities of an expansion.
@@ -203,33 +216,10 @@ impl VariedMotion<'_> {
     /// speed and the rate of the force that adhesion would bear.
     fn take_line(&self, state: &mut Moving, (c, direction): (usize, f64), way: Way, by: &Dual, rate: &Dual) {
         let at = self.layout.contact(c);
-        let flags = state.flags[c];
-        let answer = |law: &Law, z: [f64; 11]| {
-            let mut memory = Memory {
-                anchor: [z[4], z[5]],
-                corner: [z[6], z[7]],
-                released_at: flags.released.then_some(z[8]),
-                force_rate: z[10].abs(),
-            };
-            let law = law.toward(direction);
-            let piece = match way {
-                Way::Leave => law.leave(z[9], &mut memory),
-                Way::Begin(balance) => law.begin(z[9], balance, &mut memory),
-                Way::Next(end) => {
-                    let piece = Piece {
-                        offset: z[0],
-                        slope: z[1],
-                        low: z[2],
-                        high: z[3],
-                        branch: flags.branch,
-                        reverses: flags.reverses,
-                    };
-                    law.next(&piece, end, z[9], &mut memory)
-                }
-            };
-            (piece, memory)
-        };
-        let own = &state.numbers[at..at + STICK_TIME];
+        let mut flags = state.flags[c];
+        let mut line = self.line.borrow_mut();
+        line.clone_from_slice(&state.numbers[at..at + STICK_TIME]);
+        let own = &line[..];
         let nothing = Dual::fixed(0.0, by.rates.len());
         let inputs: [&Dual; 11] = std::array::from_fn(|i| match i {
             9 => by,
@@ -238,16 +228,69 @@ impl VariedMotion<'_> {
             0..4 if !matches!(way, Way::Next(_)) => &nothing,
             _ => &own[i],
         });
-        let (piece, memory) = answer(self.laws[c], inputs.map(|input| input.value));
+        let before = flags;
         let parameters = self.parameters(by.rates.len());
-        let numbers = self.varied.ask(c, inputs, parameters, LINE_STEP, |law, z| {
-            let (piece, memory) = answer(law, z);
+        let numbers = &mut state.numbers[at..at + STICK_TIME];
+        self.varied.ask(c, inputs, parameters, numbers, |law, z| {
+            let mut memory = Memory {
+                anchor: [z[4], z[5]],
+                corner: [z[6], z[7]],
+                released_at: before.released.then_some(z[8]),
+                force_rate: z[10].abs(),
+            };
+            let law = law.toward(direction);
+            let piece = match way {
+                Way::Leave => law.leave(z[9], &mut memory),
+                Way::Begin(balance) => law.begin(z[9], balance.into(), &mut memory),
+                Way::Next(end) => {
+                    let piece = Piece {
+                        offset: z[0],
+                        slope: z[1],
+                        low: z[2],
+                        high: z[3],
+                        branch: before.branch,
+                        reverses: before.reverses,
+                    };
+                    law.next(&piece, end, z[9], &mut memory)
+                }
+            };
+            flags = Flags::of(&piece, &memory);
             line_of(&piece, &memory)
         });
-        for (old, new) in state.numbers[at..].iter_mut().zip(numbers) {
-            *old = new;
+        state.flags[c] = flags;
+    }
+
+    /// The lines of friction on which the contacts begin a motion from a state, along the directions of the parameters.
+    pub(super) fn begun(&self, start: &State, contact_modes: &[ContactMode]) -> Moving {
+        let directions = self.all_directions();
+        let mut begun = start.without_derivatives(directions);
+        let mut expansion = self.expansion();
+        self.go(&begun, contact_modes, 0.0, &mut expansion);
+        for (c, mode) in contact_modes.iter().enumerate() {
+            let direction = mode.direction();
+            if direction == 0.0 {
+                continue;
+            }
+            let u = expansion.u(c);
+            let rate = || self.if_stuck(start.without_derivatives(directions), contact_modes, c)[1].clone();
+            let rate = self.felt_force_rate(c, directions, rate);
+            let before = begun.clone();
+            if start.flags[c].released && u.value <= begun.numbers[self.layout.contact(c) + LOW].value {
+                let at_once = Dual::fixed(0.0, directions);
+                let force = self.static_limit(c, direction, &at_once, || rate.clone());
+                self.take_line(&mut begun, (c, direction), Way::Leave, &force, &at_once);
+            } else {
+                // The friction at which the slip speed would not change.
+                let pull = expansion.slip_acceleration(c).value / self.frame.coupling(c, c);
+                let balance = direction * expansion.force(c).value + pull;
+                self.take_line(&mut begun, (c, direction), Way::Begin(balance), &u, &rate);
+            }
+            // Where rounding chooses another line, none is known.
+            if begun.flags[c] != start.flags[c] {
+                begun = before;
+            }
         }
-        state.flags[c] = Flags::of(&piece, &memory);
+        begun
     }
 
     /// Make `after` the state after the event that ends a phase, given how the time of the event moves with the start.
@@ -319,10 +362,7 @@ impl VariedMotion<'_> {
         } = end;
         let at = self.layout.contact(c);
         let directions = start.numbers[0].rates.len();
-        let rate = || {
-            let [_, rate] = self.if_stuck(self.state_at_end(end), &phase.contact_modes, c);
-            rate
-        };
+        let rate = || self.rate_if_stuck(end, c);
         let at_once = || Dual::fixed(0.0, directions);
         // That of the slip ahead.
         let ahead = (c, next[c].direction());

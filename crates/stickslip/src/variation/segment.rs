@@ -7,7 +7,7 @@ use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
 use super::closed::{Closed, Moved};
-use super::state::{ContactMode, Layout, Moving};
+use super::state::{ContactMode, Layout, Moving, STICK_TIME};
 use super::varied::{Parameter, Varied, difference};
 use crate::clock::Clock;
 use crate::dual::Dual;
@@ -31,19 +31,21 @@ pub(super) struct VariedMotion<'a> {
     pub(super) laws: Vec<&'a Law>,
     pub(super) layout: Layout,
     /// The closed form, where there is one.
-    closed: Option<Rc<Closed>>,
+    pub(super) closed: Option<Rc<Closed>>,
     /// The parameters that change the motion within a phase: which, and the systems around it. Made when first asked for, as
     /// closed form has no need of them.
-    acting: OnceCell<Vec<(usize, Around<'a>)>>,
+    acting: OnceCell<Vec<(usize, Option<Around<'a>>)>>,
     /// Memory for a look at what would be.
     spare: RefCell<Expansion>,
+    /// And for the line of friction that a contact leaves.
+    pub(super) line: RefCell<Vec<Dual>>,
 }
 
 /// What the contacts do along a phase, as the flow needs to know it.
 pub(super) struct Mode {
     force_lines: Vec<ForceLine>,
     held: Held,
-    beside: Vec<[Held; 4]>,
+    beside: Vec<Option<[Held; 4]>>,
 }
 
 /// A Taylor expansion with its derivatives, and the time into it; its memory is used again for the next. The last axis is the
@@ -102,6 +104,7 @@ impl<'a> VariedMotion<'a> {
             layout: Layout::of(base),
             closed: Closed::of(varied).map(Rc::new),
             spare: RefCell::new(Expansion::of(&frame)),
+            line: RefCell::new(vec![Dual::fixed(0.0, 0); STICK_TIME]),
             frame,
             acting: OnceCell::new(),
         }
@@ -147,10 +150,10 @@ impl<'a> VariedMotion<'a> {
         };
         Mode {
             beside: (acting.iter())
-                .map(|(_, beside)| {
-                    beside
-                        .each_ref()
-                        .map(|(frame, _)| frame.held(held.contacts.clone()))
+                .map(|(_, around)| {
+                    let (beside, _) = around.as_ref()?;
+                    let beside = beside.each_ref();
+                    Some(beside.map(|(frame, _)| frame.held(held.contacts.clone())))
                 })
                 .collect(),
             force_lines,
@@ -307,12 +310,13 @@ impl<'a> VariedMotion<'a> {
                 self.frame.drives[c].expand(clock, &mut series);
                 let mut drive = Dual::fixed(series[0], directions);
                 drive.shift(series[1], t);
-                for (parameter, beside, axis) in self.acting_on(directions) {
-                    let around = beside.each_ref().map(|(frame, _)| {
+                for (around, axis) in self.acting_on(directions) {
+                    let Some((beside, step)) = around else { continue };
+                    let drives = beside.each_ref().map(|(frame, _)| {
                         frame.drives[c].expand(clock, &mut series);
                         series[0]
                     });
-                    drive.rates[axis] += difference(around, parameter.step);
+                    drive.rates[axis] += difference(drives, *step);
                 }
                 drive
             })
@@ -403,7 +407,7 @@ impl<'a> VariedMotion<'a> {
         self.give(order, mode, clock, expansion);
         let acting: Vec<usize> = self
             .acting_on(expansion.directions)
-            .map(|(_, _, axis)| axis)
+            .map(|(_, axis)| axis)
             .collect();
         let line = |c: usize| {
             let counts = !force_lines[c].holds() && !smooth(c);

@@ -2,6 +2,7 @@
 
 use crate::dual::Dual;
 use crate::law::{End, Memory, Piece};
+use crate::scalar::Scalar;
 use crate::system::System;
 
 /// Numbers of a contact in a state: line of friction (offset, slope, low, high), memory (anchor, corner, last break-away
@@ -82,7 +83,7 @@ pub struct Flags {
 }
 
 impl Flags {
-    pub(super) fn of(piece: &Piece, memory: &Memory) -> Self {
+    pub(super) fn of<N>(piece: &Piece<N>, memory: &Memory<N>) -> Self {
         Self {
             branch: piece.branch,
             reverses: piece.reverses,
@@ -92,7 +93,7 @@ impl Flags {
 }
 
 /// The numbers of a line of friction and of a memory, in the order of a state.
-pub(super) fn line_of(piece: &Piece, memory: &Memory) -> [f64; STICK_TIME] {
+pub(super) fn line_of<N: Scalar>(piece: &Piece<N>, memory: &Memory<N>) -> [N; STICK_TIME] {
     [
         piece.offset,
         piece.slope,
@@ -102,7 +103,7 @@ pub(super) fn line_of(piece: &Piece, memory: &Memory) -> [f64; STICK_TIME] {
         memory.anchor[1],
         memory.corner[0],
         memory.corner[1],
-        memory.released_at.unwrap_or(0.0),
+        memory.released_at.unwrap_or_default(),
     ]
 }
 

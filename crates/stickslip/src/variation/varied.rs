@@ -1,11 +1,13 @@
 //! A system that varies with numbers of its document, and what its laws answer to numbers that carry derivatives.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
-use super::state::{Layout, State};
+use super::segment::VariedMotion;
+use super::state::{ContactMode, Layout, State};
 use crate::dual::Dual;
 use crate::error::Error;
-use crate::law::{Checked, Law};
+use crate::jet::{AXES, Jet};
+use crate::law::Law;
 use crate::rows::numbers_at;
 use crate::system::System;
 
@@ -14,46 +16,72 @@ use crate::system::System;
 pub struct Varied {
     /// The system.
     pub base: System,
-    /// What each parameter does to it.
+    /// What each parameter is a number of.
     pub(super) parameters: Vec<Parameter>,
+    /// The law of each contact for numbers that carry derivatives.
+    laws: Vec<VariedLaw>,
     /// How the numbers of the start move with them, row after row; empty where it does not move.
     pub(super) start: Vec<f64>,
 }
 
-/// What one number of a document does to its system.
+/// What one number of a document belongs to.
 #[derive(Clone, Debug)]
-pub(super) struct Parameter {
-    /// The system two steps and one step down, one and two steps up.
-    pub(super) around: [System; 4],
-    /// The size of a step.
-    pub(super) step: f64,
-    /// Whether it changes nothing but laws of friction.
-    pub(super) of_law: bool,
-    /// Whether it changes the law of each contact.
-    laws: Vec<bool>,
+pub(super) enum Parameter {
+    /// The law of a contact.
+    Law,
+    /// Anything else of the system: that two steps and one step down, one and two steps up, and the size of a step.
+    System(Box<[System; 4]>, f64),
+}
+
+/// The law of a contact for numbers that carry derivatives, once for every few of the parameters that are numbers of it: with
+/// which parameter each axis is. At least one axis is left each time.
+type VariedLaw = Vec<(Law<Jet>, Vec<usize>)>;
+
+/// The law at a place of a document, and the parameters that are numbers of it.
+fn varied_law(table: &Value, law: &str, paths: &[String]) -> Result<VariedLaw, Error> {
+    let document = table.pointer(law).unwrap_or(&Value::Null);
+    let own = |(which, path): (usize, &String)| Some((which, path.strip_prefix(law)?.to_string()));
+    let own: Vec<_> = paths.iter().enumerate().filter_map(own).collect();
+    let with_axes = |own: &[(usize, String)]| {
+        let mut document = document.clone();
+        for (axis, (_, path)) in own.iter().enumerate() {
+            if let Some(number) = document.pointer_mut(path) {
+                *number = json!({ "value": *number, "axis": axis });
+            }
+        }
+        let law = serde_json::from_value(document).map_err(|error| refused(&error))?;
+        Ok((law, own.iter().map(|(which, _)| *which).collect()))
+    };
+    if own.is_empty() {
+        return Ok(vec![with_axes(&[])?]);
+    }
+    own.chunks(AXES - 1).map(with_axes).collect()
+}
+
+/// The place of the law of a contact in a document, up to the names of its numbers.
+fn law_of(table: &Value, contact: usize) -> String {
+    match table.get("contacts") {
+        Some(_) => format!("/contacts/{contact}/law"),
+        None => "/law".into(),
+    }
 }
 
 impl Parameter {
-    fn new(base: &System, table: &mut Value, path: &str) -> Result<Self, Error> {
-        let (around, step) = around(table, path)?;
-        let mut beside = around[0].clone();
-        for (contact, own) in beside.contacts.iter_mut().zip(&base.contacts) {
-            contact.law = own.law.clone();
+    fn new(table: &mut Value, path: &str) -> Result<Self, Error> {
+        if path.contains("/law/") {
+            number_of(table, path)?;
+            return Ok(Self::Law);
         }
-        let of_law = beside == *base;
-        let both = around[0].contacts.iter().zip(&base.contacts);
-        let laws = both.map(|(beside, own)| beside.law != own.law).collect();
-        Ok(Self {
-            around,
-            step,
-            of_law,
-            laws,
-        })
+        let (around, step) = around(table, path)?;
+        Ok(Self::System(Box::new(around), step))
     }
 
-    /// The derivative of what the systems around it answer.
+    /// The derivative of what the systems around it answer; none by a law, of which it is not asked.
     pub(super) fn rate(&self, answer: impl Fn(&System) -> f64) -> f64 {
-        difference(self.around.each_ref().map(answer), self.step)
+        match self {
+            Self::Law => 0.0,
+            Self::System(around, step) => difference(around.each_ref().map(answer), *step),
+        }
     }
 }
 
@@ -65,17 +93,7 @@ pub(super) fn difference(around: [f64; 4], step: f64) -> f64 {
 
 const DIFFERENCE_POINTS: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
 /// A step relative to the number: its fourth power and rounding over it are both below 10⁻¹².
-pub(super) const RELATIVE_STEP: f64 = 1e-3;
-/// One for the algebra of lines, which has corners: rounding over it is 10⁻¹⁰.
-pub(super) const LINE_STEP: f64 = 1e-6;
-
-fn step_of(value: f64, relative: f64) -> f64 {
-    if value == 0.0 {
-        1e-6
-    } else {
-        relative * value.abs()
-    }
-}
+const RELATIVE_STEP: f64 = 1e-3;
 
 fn refused(reason: &impl ToString) -> Error {
     Error::Document {
@@ -89,17 +107,27 @@ fn system_of(document: &Value) -> Result<System, Error> {
     read.map(|(system, _)| system).map_err(|error| refused(&error))
 }
 
+/// The number at a place of a document.
+fn number_of(table: &mut Value, path: &str) -> Result<f64, Error> {
+    let number = numbers_at(table, path).first().and_then(|number| number.as_f64());
+    number.ok_or_else(|| refused(&format!("the system document has no number {path:?}")))
+}
+
 /// The systems around that of a document, which is left as it was, and the size of a step.
 fn around(table: &mut Value, path: &str) -> Result<([System; 4], f64), Error> {
-    let number = numbers_at(table, path).first().and_then(|number| number.as_f64());
-    let value = number.ok_or_else(|| refused(&format!("the system document has no number {path:?}")))?;
-    let step = step_of(value, RELATIVE_STEP);
+    let value = number_of(table, path)?;
+    let step = if value == 0.0 {
+        1e-6
+    } else {
+        RELATIVE_STEP * value.abs()
+    };
     let mut beside = |steps: f64| {
         for number in numbers_at(table, path) {
             *number = (value + steps * step).into();
         }
         let system = system_of(table)?;
-        admit(&system).map_err(|error| {
+        // What only makes no sense, such as a damping below zero, has a derivative all the same.
+        system.check_masses().map_err(|error| {
             refused(&format!(
                 "{} = {value} has no derivative, which is taken from values up to 0.2 % beside it: {error}",
                 path.trim_start_matches('/').replace('/', ".")
@@ -119,18 +147,6 @@ fn around(table: &mut Value, path: &str) -> Result<([System; 4], f64), Error> {
     Ok((systems, step))
 }
 
-/// Refuse a system in which nothing can move on, or friction that is no function of the slip speed. What only makes no sense,
-/// such as a damping below zero, has a derivative all the same.
-fn admit(system: &System) -> Result<(), Error> {
-    system.check_masses()?;
-    for contact in &system.contacts {
-        if let Err(error @ Error::NodesNotIncreasing { .. }) = contact.law.check() {
-            return Err(error);
-        }
-    }
-    Ok(())
-}
-
 impl Varied {
     /// A system, and the numbers of its document that vary, such as `/law/kinetic` of an oscillator's.
     ///
@@ -138,32 +154,42 @@ impl Varied {
     /// What is wrong with a path, or with the systems beside this one.
     pub fn new(base: &System, document: &Value, paths: &[String]) -> Result<Self, Error> {
         let mut table = document.clone();
-        let parameters = paths.iter().map(|path| Parameter::new(base, &mut table, path));
+        let parameters = paths.iter().map(|path| Parameter::new(&mut table, path));
+        let parameters = parameters.collect::<Result<_, _>>()?;
+        let laws = (0..base.contacts.len()).map(|c| varied_law(&table, &law_of(&table, c), paths));
         Ok(Self {
-            parameters: parameters.collect::<Result<_, _>>()?,
+            laws: laws.collect::<Result<_, _>>()?,
+            parameters,
             base: base.clone(),
             start: Vec::new(),
         })
     }
 
-    /// The same where the motion begins as `begin` says, so that its start moves with the parameters: a slip begins on a line
-    /// of friction of its law.
+    /// The same where the motion begins as `begin` says, with what the contacts do then, so that its start moves with the
+    /// parameters: a slip begins on a line of friction of its law.
     #[must_use]
-    pub fn begun(mut self, begin: impl Fn(&System) -> State) -> Self {
+    pub fn begun(mut self, contact_modes: &[ContactMode], begin: impl Fn(&System) -> State) -> Self {
         let own = begin(&self.base);
-        let beside: Vec<_> = (self.parameters.iter())
-            .map(|parameter| parameter.around.each_ref().map(&begin))
-            .collect();
-        let same = |around: &[State; 4]| around.iter().all(|state| state.flags == own.flags);
-        let mut rates = Vec::with_capacity(own.numbers.len() * self.parameters.len());
-        for i in 0..own.numbers.len() {
-            for (around, parameter) in beside.iter().zip(&self.parameters) {
-                let rate = difference(around.each_ref().map(|state| state.numbers[i]), parameter.step);
-                rates.push(if same(around) && rate.is_finite() {
-                    rate
-                } else {
-                    0.0
-                });
+        let width = own.numbers.len();
+        let mut rates = vec![0.0; width * self.parameters.len()];
+        let begun = VariedMotion::new(&self).begun(&own, contact_modes);
+        for (column, parameter) in self.parameters.iter().enumerate() {
+            let rates = rates[column..].iter_mut().step_by(self.parameters.len());
+            match parameter {
+                Parameter::Law => {
+                    for (rate, number) in rates.zip(&begun.numbers) {
+                        *rate = number.rates[width + column];
+                    }
+                }
+                Parameter::System(around, step) => {
+                    let around = around.each_ref().map(&begin);
+                    if around.iter().all(|state| state.flags == own.flags) {
+                        for (i, rate) in rates.enumerate() {
+                            let slope = difference(around.each_ref().map(|state| state.numbers[i]), *step);
+                            *rate = if slope.is_finite() { slope } else { 0.0 };
+                        }
+                    }
+                }
             }
         }
         self.start = rates;
@@ -175,78 +201,67 @@ impl Varied {
         Layout::of(&self.base).width() + self.parameters.len().max(1)
     }
 
-    /// What the law of a contact answers to numbers, with the derivatives of its answers; `parameters` is the axis of the
+    /// The law of a contact with some of its numbers as axes, and of which parameter each axis is.
+    pub(super) fn laws_along(&self, contact: usize) -> &VariedLaw {
+        &self.laws[contact]
+    }
+
+    /// What the law of a contact answers to numbers goes to `outputs`, with its derivatives; `parameters` is the axis of the
     /// first parameter.
     pub(super) fn ask<const I: usize, const O: usize>(
         &self,
         contact: usize,
         inputs: [&Dual; I],
         parameters: Option<usize>,
-        relative: f64,
-        answer: impl Fn(&Law, [f64; I]) -> [f64; O],
-    ) -> [Dual; O] {
-        let law = &self.base.contacts[contact].law;
-        let values = inputs.map(|input| input.value);
-        let directions = inputs[0].rates.len();
-        let own = answer(law, values);
-        let mut outputs: [Dual; O] = std::array::from_fn(|o| Dual::fixed(own[o], directions));
-        for (i, input) in inputs.iter().enumerate() {
-            if input.value.is_finite() && input.varies() {
-                let step = step_of(input.value, relative);
-                let slopes = slopes(&own, input.value, step, |which| {
-                    let mut beside = values;
-                    beside[i] += DIFFERENCE_POINTS[which] * step;
-                    answer(law, beside)
-                });
-                for (output, slope) in outputs.iter_mut().zip(slopes) {
-                    if slope != 0.0 {
-                        output.shift(slope, input);
+        outputs: &mut [Dual],
+        mut answer: impl FnMut(&Law<Jet>, [Jet; I]) -> [Jet; O],
+    ) {
+        let mut varying = (0..I)
+            .filter(|&i| inputs[i].value.is_finite() && inputs[i].varies())
+            .peekable();
+        let laws = &self.laws[contact];
+        let last = laws.len() - 1;
+        // Without directions for parameters the last one serves, of which their axes are then not read.
+        let mut next = if parameters.is_some() { 0 } else { last };
+        let mut first = parameters;
+        for output in &mut *outputs {
+            output.rates.fill(0.0);
+        }
+        loop {
+            let (law, own) = &laws[next];
+            let mut jets = inputs.map(|input| Jet::from(input.value));
+            let mut along = [0; AXES];
+            let mut used = own.len();
+            while used < AXES
+                && let Some(input) = varying.next()
+            {
+                jets[input].slopes[used] = 1.0;
+                along[used] = input;
+                used += 1;
+            }
+            for (output, jet) in outputs.iter_mut().zip(answer(law, jets)) {
+                output.value = jet.value;
+                if !jet.value.is_finite() {
+                    continue;
+                }
+                if let Some(first) = first {
+                    for (which, slope) in own.iter().zip(jet.slopes) {
+                        output.rates[first + which] += slope;
+                    }
+                }
+                for axis in own.len()..used {
+                    if jet.slopes[axis] != 0.0 {
+                        output.shift(jet.slopes[axis], inputs[along[axis]]);
                     }
                 }
             }
-        }
-        let directions_of = parameters.into_iter().flat_map(|first| first..);
-        for (parameter, axis) in self.parameters.iter().zip(directions_of) {
-            if parameter.laws[contact] {
-                let slopes = slopes(&own, f64::NAN, parameter.step, |which| {
-                    answer(&parameter.around[which].contacts[contact].law, values)
-                });
-                for (output, slope) in outputs.iter_mut().zip(slopes) {
-                    output.rates[axis] += slope;
-                }
+            if next < last {
+                next += 1;
+            } else if varying.peek().is_some() {
+                first = None;
+            } else {
+                return;
             }
         }
-        outputs
     }
-}
-
-/// How answers change with a number, from those beside it.
-fn slopes<const O: usize>(
-    own: &[f64; O],
-    number: f64,
-    step: f64,
-    beside: impl Fn(usize) -> [f64; O],
-) -> [f64; O] {
-    // Most answers depend on few of the numbers: what is the same on one side as here has no slope.
-    let far_up = beside(3);
-    let up = number + DIFFERENCE_POINTS[3] * step;
-    let (mut alone, mut slopes) = (true, [0.0; O]);
-    for o in 0..O {
-        if far_up[o] != own[o] {
-            // What a law only remembers it hands on.
-            alone &= own[o] == number && far_up[o] == up;
-            slopes[o] = 1.0;
-        }
-    }
-    if !alone {
-        let around = [beside(0), beside(1), beside(2), far_up];
-        for (o, slope) in slopes.iter_mut().enumerate() {
-            *slope = if own[o].is_finite() {
-                difference(around.map(|answers| answers[o]), step)
-            } else {
-                0.0
-            };
-        }
-    }
-    slopes
 }

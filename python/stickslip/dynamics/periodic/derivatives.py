@@ -32,8 +32,7 @@ def fundamental_matrix(orbit: Orbit, t: float | None = None) -> NDArray[np.float
 
     Returns
     -------
-    Shape (2 n, 2 n), positions before velocities, exact to rounding (but for the law's own algebra, which is differenced to
-    about 10⁻¹²).
+    Shape (2 n, 2 n), positions before velocities, exact to rounding.
 
     Raises
     ------

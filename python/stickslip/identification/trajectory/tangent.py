@@ -79,7 +79,7 @@ class Tangent:
     def by(self, names: Sequence[str]) -> dict[str, CubicHermiteSpline]:
         """The derivatives of x by numbers of the law, as functions of time inside the window.
 
-        A number is left out where the law does not exist on both sides of it, or the motion beside takes other events.
+        A number is left out by which the motion has no derivative.
         """
         try:
             paths = ("/law/" + "/".join(map(str, self._pointers[name])) for name in names)

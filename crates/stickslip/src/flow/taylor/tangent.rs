@@ -78,6 +78,30 @@ pub(crate) struct Given {
     pub(crate) drive: Vec<Series>,
 }
 
+impl Given {
+    /// Nothing.
+    pub(crate) fn clear(&mut self) {
+        for rows in [&mut self.acceleration, &mut self.force, &mut self.drive] {
+            rows.fill(ZERO);
+        }
+    }
+
+    /// The accelerations of its friction forces in slip, while the contacts that hold do what their drives do.
+    pub(crate) fn accelerate(&mut self, order: usize, frame: &Frame, held: &Held) {
+        let mut acceleration = vec![0.0; self.acceleration.len()];
+        for k in 0..order {
+            acceleration.fill(0.0);
+            for (c, force) in self.force.iter().enumerate() {
+                frame.push(c, force[k], &mut acceleration);
+            }
+            frame.hold(held, k, |_| 0.0, &mut self.force, &mut acceleration);
+            for (a, series) in acceleration.iter().zip(&mut self.acceleration) {
+                series[k] = *a;
+            }
+        }
+    }
+}
+
 /// Series along several directions at `h`, and their slopes.
 pub(crate) fn wide_at(series: &Wide, h: f64) -> [Block; 2] {
     if h == 0.0 {

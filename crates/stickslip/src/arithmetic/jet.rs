@@ -1,0 +1,244 @@
+//! Numbers that carry their derivatives along a few axes (forward differentiation, exact to rounding; the jets of Ceres).
+
+use std::cmp::Ordering;
+use std::fmt::{self, Formatter};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
+
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use crate::elementary::{ln, power};
+use crate::scalar::Scalar;
+
+/// So many derivatives go along: as many as a wide register holds.
+pub const AXES: usize = 8;
+
+/// A value and its derivatives. Comparisons are those of the values.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Jet {
+    /// The value.
+    pub value: f64,
+    /// Its derivatives, one an axis.
+    pub slopes: [f64; AXES],
+}
+
+/// In a document a jet is a number that is fixed, or `{"value": 0.5, "axis": 3}`.
+impl<'de> Deserialize<'de> for Jet {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Reader)
+    }
+}
+
+struct Reader;
+
+/// A number that is an axis of its own.
+#[derive(Deserialize)]
+struct Axis {
+    value: f64,
+    axis: usize,
+}
+
+impl<'de> Visitor<'de> for Reader {
+    type Value = Jet;
+
+    fn expecting(&self, to: &mut Formatter) -> fmt::Result {
+        to.write_str("a number")
+    }
+
+    fn visit_f64<E>(self, value: f64) -> Result<Jet, E> {
+        Ok(value.into())
+    }
+
+    fn visit_i64<E>(self, value: i64) -> Result<Jet, E> {
+        Ok((value as f64).into())
+    }
+
+    fn visit_u64<E>(self, value: u64) -> Result<Jet, E> {
+        Ok((value as f64).into())
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Jet, A::Error> {
+        let Axis { value, axis } = Axis::deserialize(MapAccessDeserializer::new(map))?;
+        Ok(Jet::along(value, axis))
+    }
+}
+
+impl Jet {
+    /// A number that is itself the axis.
+    #[must_use]
+    pub fn along(value: f64, axis: usize) -> Self {
+        let mut jet = Self::from(value);
+        if let Some(slope) = jet.slopes.get_mut(axis) {
+            *slope = 1.0;
+        }
+        jet
+    }
+
+    #[inline]
+    fn with(value: f64, slope: impl FnMut(usize) -> f64) -> Self {
+        let slopes = std::array::from_fn(slope);
+        Self { value, slopes }
+    }
+}
+
+impl From<f64> for Jet {
+    #[inline]
+    fn from(value: f64) -> Self {
+        let slopes = [0.0; AXES];
+        Self { value, slopes }
+    }
+}
+
+impl Scalar for Jet {
+    #[inline]
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    #[inline]
+    fn vanishes(self) -> bool {
+        self.value == 0.0 && self.slopes == [0.0; AXES]
+    }
+
+    #[inline]
+    fn chain(self, value: f64, slope: impl FnOnce(f64) -> f64) -> Self {
+        let slope = slope(self.value);
+        // What does not vary does not where the slope is infinite.
+        Self::with(value, |i| {
+            if self.slopes[i] == 0.0 {
+                0.0
+            } else {
+                slope * self.slopes[i]
+            }
+        })
+    }
+
+    #[inline]
+    fn power(self, exponent: Self) -> Self {
+        let (x, n) = (self.value, exponent.value);
+        let value = power(x, n);
+        let by_base = match x {
+            0.0 if n == 1.0 => 1.0,
+            0.0 if n > 1.0 => 0.0,
+            0.0 => f64::INFINITY,
+            _ => n * value / x,
+        };
+        let by_exponent = if value == 0.0 { 0.0 } else { value * ln(x) };
+        self.chain(value, |_| by_base) + exponent.chain(0.0, |_| by_exponent)
+    }
+}
+
+impl PartialEq for Jet {
+    #[inline]
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+
+impl PartialEq<f64> for Jet {
+    #[inline]
+    fn eq(&self, other: &f64) -> bool {
+        self.value == *other
+    }
+}
+
+impl PartialOrd for Jet {
+    #[inline]
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.value.partial_cmp(&other.value)
+    }
+}
+
+impl PartialOrd<f64> for Jet {
+    #[inline]
+    fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
+        self.value.partial_cmp(other)
+    }
+}
+
+impl Neg for Jet {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self::with(-self.value, |i| -self.slopes[i])
+    }
+}
+
+impl Add for Jet {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self::with(self.value + other.value, |i| self.slopes[i] + other.slopes[i])
+    }
+}
+
+impl Sub for Jet {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self::with(self.value - other.value, |i| self.slopes[i] - other.slopes[i])
+    }
+}
+
+impl Mul for Jet {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        let (one, two) = (self * other.value, other * self.value);
+        Self::with(one.value, |i| one.slopes[i] + two.slopes[i])
+    }
+}
+
+impl Div for Jet {
+    type Output = Self;
+    #[inline]
+    fn div(self, other: Self) -> Self {
+        let (quotient, inverse) = (self.value / other.value, 1.0 / other.value);
+        Self::with(quotient, |i| {
+            inverse * (self.slopes[i] - quotient * other.slopes[i])
+        })
+    }
+}
+
+impl Add<f64> for Jet {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: f64) -> Self {
+        Self {
+            value: self.value + other,
+            ..self
+        }
+    }
+}
+
+impl Sub<f64> for Jet {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: f64) -> Self {
+        self + -other
+    }
+}
+
+impl Mul<f64> for Jet {
+    type Output = Self;
+    #[inline]
+    fn mul(self, factor: f64) -> Self {
+        Self::with(self.value * factor, |i| self.slopes[i] * factor)
+    }
+}
+
+impl Div<f64> for Jet {
+    type Output = Self;
+    #[inline]
+    fn div(self, divisor: f64) -> Self {
+        Self::with(self.value / divisor, |i| self.slopes[i] / divisor)
+    }
+}
+
+impl AddAssign for Jet {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
