@@ -9,7 +9,7 @@ from explorer_page import FRAME, drawn, facts, settled, swept
 
 import stickslip as ss
 from stickslip.explorer import content_of
-from stickslip.model.system import load_system_document
+from stickslip.model.system_file import load_system_document
 
 
 def button(words):

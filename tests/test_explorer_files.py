@@ -16,7 +16,7 @@ from PIL import Image
 import stickslip as ss
 from stickslip.explorer import content_of, content_of_system, page
 from stickslip.laws import StaticKinetic
-from stickslip.model.system import load_system_document
+from stickslip.model.system_file import load_system_document
 from stickslip.report.report import Report
 
 

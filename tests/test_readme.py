@@ -6,7 +6,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from stickslip import simulate
-from stickslip.model.system import load_system_document
+from stickslip.model.system_file import load_system_document
 
 TEXT = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 

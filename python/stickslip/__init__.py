@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from stickslip.measurement import measure
     from stickslip.model.drive import Drive, Harmonic, NormalForce
     from stickslip.model.scaling import Scale, dimensionless
-    from stickslip.model.system import Contact, Force, Oscillator, Spring, System, chain, load_system
+    from stickslip.model.system import Contact, Force, Oscillator, Spring, System, chain
+    from stickslip.model.system_file import load_system
     from stickslip.simulation.batch import simulate_many
     from stickslip.simulation.integration import integrate
     from stickslip.simulation.orbit import Orbit, load
@@ -68,7 +69,7 @@ _HOME = {
     "release_map": "dynamics",
     "load": "simulation.orbit",
     "load_law": "laws.law",
-    "load_system": "model.system",
+    "load_system": "model.system_file",
     "lyapunov": "dynamics.periodic.exponents",
     "measure": "measurement",
     "measurement": "",

@@ -95,7 +95,8 @@ def read_law(source: Any, _: random.Random) -> None:
 
 def read_system(source: Any, _: random.Random) -> None:
     """An oscillator or a system of masses."""
-    from stickslip.model.system import load_system, system_from_dict
+    from stickslip.model.system import system_from_dict
+    from stickslip.model.system_file import load_system
 
     _ = load_system(source) if isinstance(source, Path) else system_from_dict(source)
 

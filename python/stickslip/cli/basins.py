@@ -25,7 +25,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def run(options: argparse.Namespace) -> None:
     from stickslip.dynamics import basins
-    from stickslip.model.system import load_system
+    from stickslip.model.system_file import load_system
 
     system = load_system(options.system)
     starts = {name: numbers_of(getattr(options, name), f"--{name}", getattr(options, name)) for name in ("x", "v")}

@@ -67,7 +67,7 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.dynamics.continuation.loci import Locus, locus, together
     from stickslip.dynamics.periodic.event_sequence import check
     from stickslip.files.netcdf import write_netcdf
-    from stickslip.model.system import load_system
+    from stickslip.model.system_file import load_system
     from stickslip.simulation.time_limit import TimeLimit
 
     name, bounds = parse_range("--over", options.over)

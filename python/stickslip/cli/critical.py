@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> None:
     from stickslip.dynamics.critical.critical_velocities import critical_velocities
     from stickslip.dynamics.critical.intervals import critical_intervals
     from stickslip.errors import InputError
-    from stickslip.model.system import load_system
+    from stickslip.model.system_file import load_system
 
     if options.samples is not None and options.max_seconds is not None:
         raise InputError("critical: --samples does not go with --max-seconds: leave one out")

@@ -36,7 +36,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 def run(options: argparse.Namespace) -> None:
     """Run ``stickslip film``: the film, beside it the truth (``.truth.nc``) and how to track it (``.track.toml``)."""
     from stickslip.files.disk import write_text
-    from stickslip.model.system import load_system_document
+    from stickslip.model.system_file import load_system_document
     from stickslip.simulation.simulate import simulate
     from stickslip.tracking.motion import save_motion
     from stickslip.tracking.synthetic import film

@@ -23,7 +23,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def _schemas() -> dict[str, Callable[[], dict[str, Any]]]:
     def system() -> dict[str, Any]:
-        from stickslip.model.system import system_schema
+        from stickslip.model.system_schema import system_schema
 
         return system_schema()
 

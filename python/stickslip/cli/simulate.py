@@ -23,7 +23,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    from stickslip.model.system import load_system_document
+    from stickslip.model.system_file import load_system_document
     from stickslip.simulation.simulate import simulate
 
     system, settings = load_system_document(options.system)

@@ -107,7 +107,7 @@ def settings(options: argparse.Namespace, progress: Any) -> dict[str, Any]:
 
 def run(options: argparse.Namespace) -> None:
     from stickslip.dynamics import orbit_diagram, regime_map
-    from stickslip.model.system import load_system_document
+    from stickslip.model.system_file import load_system_document
 
     system, simulation = load_system_document(options.system)
     start = {name: simulation[name] for name in ("x0", "v0") if name in simulation}

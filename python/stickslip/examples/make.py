@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.model.system import load_system
+from stickslip.model.system_file import load_system
 from stickslip.simulation.simulate import simulate
 
 SETTLED, DURATION, RATE = 2.0, 4.0, 250.0

@@ -16,7 +16,8 @@ from stickslip.explorer import catalogue
 from stickslip.explorer.packing import packed, text_of
 from stickslip.files.disk import input_file, read_toml
 from stickslip.laws import BogaczRyczek, Law, load_law
-from stickslip.model.system import Oscillator, System, load_system_document
+from stickslip.model.system import Oscillator, System
+from stickslip.model.system_file import load_system_document
 
 if TYPE_CHECKING:
     from stickslip.identification.records import FrictionRecord

@@ -1,6 +1,6 @@
 """What a document may hold, said once by the annotations of a dataclass: reading, error sentences and JSON Schema follow.
 
-The schema of each kind of file stands beside its class: `measurement/rigs/rig_file.py`, `model/system.py`, `laws/law.py`,
+The schema of each kind of file is made elsewhere: `measurement/rigs/rig_file.py`, `model/system_schema.py`, `laws/law.py`,
 `experiment/experiment.py`.
 """
 

@@ -8,17 +8,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.disk import read_toml
-from stickslip.files.schema import Count, Document, Kind, Limits, Point, Says, check_keys, complete, kind_of
-from stickslip.files.units import TEXTS, check_one_kind, quantity
-from stickslip.laws.law import Law, load_law
+from stickslip.files.schema import Document, Kind, Limits, Point, Says
+from stickslip.files.units import TEXTS, quantity
+from stickslip.laws.law import Law
 from stickslip.laws.numbers import replaced
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive, Harmonic, NormalForce
@@ -493,66 +491,6 @@ def chain(
 
 
 #: Of a system of masses a start is one number a mass.
-Time = Annotated[float, Limits(above=0, dimensions=TEXTS["time"])]
-
-
 def system_from_dict(table: Mapping[str, Any], where: str = "system") -> Oscillator | System:
     """A system of masses if the document has contacts, else an oscillator."""
     return System.from_dict(table, where) if "contacts" in table else Oscillator.from_dict(table, where)
-
-
-SIMULATION = {
-    "t_end": Time,
-    "x0": Annotated[float, Limits(dimensions=TEXTS["length"])] | tuple[float, ...],
-    "v0": Velocity | tuple[float, ...],
-    "max_events": Count,
-    "max_seconds": Time,
-}
-"""What the table ``[simulation]`` of a system file may hold."""
-
-
-def system_schema() -> dict[str, Any]:
-    """The JSON Schema of a system file: an oscillator, or masses where it has contacts."""
-
-    def described(definitions: dict[str, Any]) -> dict[str, Any]:
-        table = {
-            "type": "object",
-            "properties": {key: kind_of(hint).schema(definitions) for key, hint in SIMULATION.items()},
-            "additionalProperties": False,
-        }
-        systems = [cls.described(definitions) for cls in (Oscillator, System)]
-        for system in systems:
-            system["properties"]["simulation"] = table
-        # A law may stand in a file of its own.
-        definitions["Law"] = {"anyOf": [definitions["Law"], {"type": "string"}]}
-        return {"title": "System", "anyOf": systems}
-
-    return complete(described)
-
-
-def load_system_document(path: str | Path) -> tuple[Oscillator | System, dict[str, Any]]:
-    """The system of a system file and its table ``[simulation]`` (t_end, x0, v0, max_events, max_seconds; may be empty)."""
-    document = read_toml(path)
-    simulation = document.pop("simulation", {})
-    where = f"{path}: simulation"
-    check_keys(simulation, SIMULATION, (), where)
-    check_one_kind({**document, "simulation": simulation}, str(path))
-    simulation = {key: kind_of(SIMULATION[key]).read(value, key, where) for key, value in simulation.items()}
-    contacts = document.get("contacts")
-    for table in [document, *(contacts if isinstance(contacts, list) else [])]:
-        if isinstance(table, dict) and isinstance(table.get("law"), str):
-            table["law"] = load_law(Path(path).parent / table["law"])
-    return system_from_dict(document, str(path)), simulation
-
-
-def load_system(path: str | Path) -> Oscillator | System:
-    """The oscillator or, where the file has ``[[contacts]]``, the system of masses of a system file.
-
-    ``law`` is a table, or the path of a law file relative to the system file.
-
-    Raises
-    ------
-    InputError
-        with the file and the key.
-    """
-    return load_system_document(path)[0]
