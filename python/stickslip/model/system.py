@@ -490,7 +490,6 @@ def chain(
     )
 
 
-#: Of a system of masses a start is one number a mass.
 def system_from_dict(table: Mapping[str, Any], where: str = "system") -> Oscillator | System:
     """A system of masses if the document has contacts, else an oscillator."""
     return System.from_dict(table, where) if "contacts" in table else Oscillator.from_dict(table, where)

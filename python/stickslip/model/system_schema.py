@@ -10,6 +10,7 @@ from stickslip.model.system import Oscillator, System, Velocity
 
 Time = Annotated[float, Limits(above=0, dimensions=TEXTS["time"])]
 
+#: Of a system of masses a start is one number a mass.
 SIMULATION = {
     "t_end": Time,
     "x0": Annotated[float, Limits(dimensions=TEXTS["length"])] | tuple[float, ...],
