@@ -11,7 +11,7 @@ from stickslip.tracking import Calibration, Film, Lens, read_calibration, read_o
 from stickslip.tracking.finding.blobs import find_blobs
 from stickslip.tracking.finding.detections import Detections
 from stickslip.tracking.finding.response_map import response_map
-from stickslip.tracking.finding.window import Watch
+from stickslip.tracking.finding.window import WindowedFinder
 from stickslip.tracking.linking import find_markers
 from stickslip.tracking.scale.ruler import find_marks
 
@@ -306,7 +306,7 @@ def test_windows_find_what_whole_pictures_show_and_look_at_few_of_them():
 
     def followed(windows):
         looks.clear()
-        rows = [found for found, _ in Watch(response, 1, size=20, windows=windows)(iter(pictures))]
+        rows = [found for found, _ in WindowedFinder(response, 1, size=20, windows=windows)(iter(pictures))]
         return np.array([(float(row.x[0]), float(row.y[0])) for row in rows]), sum(looks)
 
     (near, few), (whole, many) = followed(True), followed(False)
@@ -322,7 +322,7 @@ def test_a_rival_that_comes_later_is_seen_from_its_first_picture_on():
     ]
     counts = {}
     for name, pictures in (("alone", alone), ("both", both)):
-        found = list(Watch(lambda picture: 255 - picture, 1, size=20)(iter(pictures)))
+        found = list(WindowedFinder(lambda picture: 255 - picture, 1, size=20)(iter(pictures)))
         counts[name] = [len(rows) for rows, _ in found]
         assert sum(whole for _, whole in found) < 5 or name == "both"
     assert counts["alone"] == 270 * [1]
@@ -332,7 +332,7 @@ def test_a_rival_that_comes_later_is_seen_from_its_first_picture_on():
 def test_where_a_marker_is_lost_whole_pictures_are_looked_at_until_it_is_back():
     pictures = [np.repeat(disc(40 + i, 40).astype(np.uint8)[..., None], 3, axis=2) for i in range(40)]
     pictures[25] = np.full_like(pictures[0], 255)
-    found = list(Watch(lambda picture: 255 - picture[..., 0], 1, size=20)(iter(pictures)))
+    found = list(WindowedFinder(lambda picture: 255 - picture[..., 0], 1, size=20)(iter(pictures)))
     assert [i for i, (rows, _) in enumerate(found) if not len(rows)] == [25]
     assert all(whole for _, whole in found[:28])
     assert not any(whole for _, whole in found[30:])

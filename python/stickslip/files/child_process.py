@@ -50,8 +50,8 @@ def read_apart(reader: str, path: Path, what: str) -> Any:
     with _lock:
         child = _started()
         limit, begun = PATIENCE + path.stat().st_size / RATE, time.monotonic()
-        watch = threading.Timer(limit, child.kill)
-        watch.start()
+        timer = threading.Timer(limit, child.kill)
+        timer.start()
         try:
             _send(child.stdin, (reader, path.absolute(), path, what))  # the other process may be in another folder
             refused, value = _receive(child.stdout)
@@ -64,7 +64,7 @@ def read_apart(reader: str, path: Path, what: str) -> Any:
             _stop()
             raise
         finally:
-            watch.cancel()
+            timer.cancel()
     if refused:
         raise InputError(value)
     return value

@@ -43,9 +43,9 @@ def _ends_with(pipe: Connection) -> None:
     """End this process when the other end of the pipe is closed; Ctrl-C is for the process that has it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
-    def watch() -> None:
+    def exit_when_closed() -> None:
         with contextlib.suppress(OSError, EOFError):
             pipe.recv()
         os._exit(1)
 
-    threading.Thread(target=watch, daemon=True).start()
+    threading.Thread(target=exit_when_closed, daemon=True).start()

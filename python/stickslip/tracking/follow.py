@@ -21,7 +21,7 @@ from stickslip.tracking.finding.response_map import response_map
 from stickslip.tracking.finding.subset import Subset
 from stickslip.tracking.finding.surroundings import KeptPictures
 from stickslip.tracking.finding.template import find_templates
-from stickslip.tracking.finding.window import Watch
+from stickslip.tracking.finding.window import WindowedFinder
 from stickslip.tracking.linking import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
 from stickslip.tracking.positions.camera import without_shake, without_shutter
@@ -247,7 +247,7 @@ def _finder(setup: Setup, first: Picture, name: str) -> Finder:
         level = setup.level
         if level is not None and setup.marker == "dark":
             level = 255 - level
-        return Watch(
+        return WindowedFinder(
             lambda picture: response_map(picture, setup.marker, setup.channel),
             setup.count,
             size=setup.size,

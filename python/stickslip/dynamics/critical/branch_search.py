@@ -10,8 +10,9 @@ from stickslip.dynamics.continuation.arclength import Family, Point, axis, corre
 from stickslip.dynamics.continuation.branch import Branch
 from stickslip.dynamics.continuation.branches import born_branch, lies_on
 from stickslip.dynamics.continuation.walk import Walk
-from stickslip.dynamics.critical.end_of_run import EndOfRun, drive_of, reach, slowest_period
-from stickslip.dynamics.critical.runs import PATH, Watch, disturbed
+from stickslip.dynamics.critical.end_of_run import EndOfRun
+from stickslip.dynamics.critical.runs import PATH, Monitor, disturbed
+from stickslip.dynamics.critical.scales import drive_of, reach, slowest_period
 from stickslip.dynamics.critical.speed_sweep import Sweep, unlike_neighbours
 from stickslip.dynamics.periodic.cycles import event_cycle
 from stickslip.dynamics.periodic.equilibria import steady_slip
@@ -30,7 +31,7 @@ def branches_of(
     steady: list[tuple[str, float]],
     neutral: list[tuple[float, float]],
     sweeps: list[Sweep],
-    watch: Watch,
+    monitor: Monitor,
 ) -> list[Branch]:
     """The branches of the cycles that the sweeps show, and of those born at Hopf points."""
     family = Family((PATH,), (bounds,), relative=True)
@@ -40,14 +41,14 @@ def branches_of(
         guess: Any = None if start == "rest" else look.end
         if start == "beside":
             guess = disturbed(system, speed, 0.1 * speed)
-        branch = _branch(with_number(system, PATH, speed), speed, guess, family, branches, watch)
+        branch = _branch(with_number(system, PATH, speed), speed, guess, family, branches, monitor)
         if branch is not None:
             branches.append(branch)
 
     count, done = sum(len(sweep.looks) for sweep in sweeps) + len(steady), 0
     for sweep in sweeps:
         for speed, look in sweep.looks:
-            watch("cycles", done, count)
+            monitor("cycles", done, count)
             done += 1
             # Around a centre there is a cycle of any size: none of them is a branch.
             centre = look.stick_time == 0 and any(first <= speed <= last for first, last in neutral)
@@ -59,16 +60,18 @@ def branches_of(
             ):
                 follow(speed, sweep.start, look)
     for _, value in steady:
-        watch("cycles", done, count)
+        monitor("cycles", done, count)
         done += 1
-        new = born_branch(with_number(system, PATH, value), value, family, branches, 200, watch.go_on)
+        new = born_branch(with_number(system, PATH, value), value, family, branches, 200, monitor.go_on)
         if new is not None:
             branches.append(new)
-    watch("cycles", count, count)
+    monitor("cycles", count, count)
     return branches
 
 
-def branches_of_masses(system: System, bounds: tuple[float, float], sweeps: list[Sweep], watch: Watch) -> list[Branch]:
+def branches_of_masses(
+    system: System, bounds: tuple[float, float], sweeps: list[Sweep], monitor: Monitor
+) -> list[Branch]:
     """The branches of the cycles beside which the runs of masses stop or begin to stick, over the speeds around that.
 
     Most motions of several masses are no cycles, and those that are have many special points at which no motion ends.
@@ -76,7 +79,7 @@ def branches_of_masses(system: System, bounds: tuple[float, float], sweeps: list
     branches: list[Branch] = []
     changes = [(sweep.looks, *pair) for sweep in sweeps for pair in unlike_neighbours(sweep.looks)]
     for done, (looks, below, above) in enumerate(changes):
-        watch("cycles", done, len(changes))
+        monitor("cycles", done, len(changes))
         last, beyond = (below[0], above[0]) if below[1].sticks else (above[0], below[0])
         # Near its end a motion settles slowly: the cycle is that of the nearest run that has settled.
         side = [look for look in looks if (look[0] - last) * (last - beyond) >= 0]
@@ -87,10 +90,10 @@ def branches_of_masses(system: System, bounds: tuple[float, float], sweeps: list
         # So far that the cycle is followed to what ends it.
         end = float(np.clip(beyond + np.copysign(max(abs(beyond - last), _FURTHER * beyond), beyond - last), *bounds))
         family = Family((PATH,), ((min(speed, end), max(speed, end)),), relative=True)
-        branch = _branch(with_number(system, PATH, speed), speed, look.end, family, branches, watch)
+        branch = _branch(with_number(system, PATH, speed), speed, look.end, family, branches, monitor)
         if branch is not None:
             branches.append(branch)
-    watch("cycles", len(changes), len(changes))
+    monitor("cycles", len(changes), len(changes))
     return branches
 
 
@@ -114,21 +117,21 @@ def _passes(branch: Branch, speed: float, look: EndOfRun) -> bool:
 
 
 def _branch(
-    system: Oscillator | System, value: float, guess: Any, family: Family, known: list[Branch], watch: Watch
+    system: Oscillator | System, value: float, guess: Any, family: Family, known: list[Branch], monitor: Monitor
 ) -> Branch | None:
     try:
         length = 150 * system.natural_period
         if isinstance(system, System):
             length = 30 * slowest_period(system) + 10 * reach(system).max() / drive_of(system)
-        cycle = event_cycle(system, guess, t_end=None if guess is None else length, progress=watch.go_on)
+        cycle = event_cycle(system, guess, t_end=None if guess is None else length, progress=monitor.go_on)
         neutral = cycle.marginal and (isinstance(system, System) or not cycle.sticks)
         if neutral or any(lies_on(branch, cycle, value) for branch in known):
             return None
         sequence = cycle.closed.sequence
         start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
         way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)
-        up = Walk(family, 200, watch.go_on).go(Point(start.here, start.values, way))
-        down = Walk(family, 60, watch.go_on).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
+        up = Walk(family, 200, monitor.go_on).go(Point(start.here, start.values, way))
+        down = Walk(family, 60, monitor.go_on).go(Point(start.here, start.values, -way)) if not cycle.sticks else None
     except (InputError, Lost):
         return None
     return up if down is None else down.reversed().joined(up)

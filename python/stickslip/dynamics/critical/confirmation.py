@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stickslip.dynamics.critical.end_of_run import EndOfRun
-from stickslip.dynamics.critical.runs import LONGEST, PATH, Run, Watch
+from stickslip.dynamics.critical.runs import LONGEST, PATH, Monitor, Run
 from stickslip.dynamics.periodic.event_sequence import with_number
 from stickslip.model.system import Oscillator, System
 
@@ -27,25 +27,25 @@ def sides_of(run: Run, value: float, gap: float) -> Sides | None:
     return first
 
 
-def ends_between(system: Oscillator | System, watch: Watch, value: float, below: EndOfRun, above: EndOfRun) -> bool:
+def ends_between(system: Oscillator | System, monitor: Monitor, value: float, below: EndOfRun, above: EndOfRun) -> bool:
     """Whether a motion ends between two speeds; of several masses one that sticks, as little else is clear in chaos."""
     if isinstance(system, Oscillator):
-        return _attracts_on_one_side(system, watch, value, below, above)
+        return _attracts_on_one_side(system, monitor, value, below, above)
     here, there = (below, above) if below.sticks else (above, below)
     beyond = with_number(system, PATH, there.speed)
     return (
-        here.sticks and not there.sticks and not watch.end_of_run(beyond, LONGEST, *here.start_at(there.speed)).sticks
+        here.sticks and not there.sticks and not monitor.end_of_run(beyond, LONGEST, *here.start_at(there.speed)).sticks
     )
 
 
-def _attracts_on_one_side(system: Oscillator, watch: Watch, value: float, below: EndOfRun, above: EndOfRun) -> bool:
+def _attracts_on_one_side(system: Oscillator, monitor: Monitor, value: float, below: EndOfRun, above: EndOfRun) -> bool:
     """Whether a motion that attracts on one side does not on the other: from where it ended it goes on on both sides.
 
     Where neither motion changes, the start of the runs left the basin of one for that of the other.
     """
 
     def goes_on(side: EndOfRun, speed: float, cycles: float) -> EndOfRun:
-        return watch.end_of_run(with_number(system, PATH, speed), cycles, *side.start_at(speed))
+        return monitor.end_of_run(with_number(system, PATH, speed), cycles, *side.start_at(speed))
 
     sides = [below, above]
     for i, side in enumerate(sides):

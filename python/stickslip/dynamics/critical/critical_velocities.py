@@ -13,8 +13,8 @@ import numpy as np
 from stickslip.dynamics.continuation.branch import SpecialPoint
 from stickslip.dynamics.critical.branch_search import branches_of, branches_of_masses
 from stickslip.dynamics.critical.confirmation import ends_between, sides_of
-from stickslip.dynamics.critical.end_of_run import speed_scale
-from stickslip.dynamics.critical.runs import PATH, Watch, beside, from_orbit, from_rest, nearly_together
+from stickslip.dynamics.critical.runs import PATH, Monitor, beside, from_orbit, from_rest, nearly_together
+from stickslip.dynamics.critical.scales import speed_scale
 from stickslip.dynamics.critical.speed_sweep import Sweep, changes_of_sticking, look_over, unlike_neighbours
 from stickslip.dynamics.periodic.equilibria import criticality, stability, steady_changes
 from stickslip.dynamics.periodic.event_sequence import check, with_number
@@ -188,7 +188,7 @@ def critical_velocities(
         raise InputError(
             f"critical_velocities: bounds must be (low, high) with 0 < low < high, got ({low:g}, {high:g})"
         )
-    search = _Search(system, (low, high), Watch(progress, TimeLimit.after(max_seconds, "critical_velocities")))
+    search = _Search(system, (low, high), Monitor(progress, TimeLimit.after(max_seconds, "critical_velocities")))
     try:
         search.steady_slip()
         search.go()
@@ -219,7 +219,7 @@ def _checked(system: Oscillator | System) -> float:
     if forcing_period(system) is not None:
         raise InputError("critical_velocities: the system is forced; use continuation over drive_velocity")
     if isinstance(system, Oscillator):
-        return float(system.law.break_away_force() / (system.stiffness * system.mass) ** 0.5)
+        return speed_scale(system)
     if len(system.driven) < len(system.contacts) or system.drive_velocity is None:
         raise InputError(
             "critical_velocities: every contact of a system of masses must be on one drive of constant velocity; "
@@ -253,7 +253,7 @@ class _Search:
 
     system: Oscillator | System
     bounds: tuple[float, float]
-    watch: Watch
+    monitor: Monitor
     sweeps: list[Sweep] = field(default_factory=list)
     steady: list[tuple[str, float]] = field(default_factory=list)
     neutral: list[tuple[float, float]] = field(default_factory=list)
@@ -265,14 +265,14 @@ class _Search:
     left: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        system, watch = self.system, self.watch
-        self.sweeps = [Sweep("rest", from_rest(system, watch)), Sweep("beside", beside(system, watch))]
+        system, monitor = self.system, self.monitor
+        self.sweeps = [Sweep("rest", from_rest(system, monitor)), Sweep("beside", beside(system, monitor))]
         if isinstance(system, System):
-            self.sweeps.append(Sweep("nearly together", nearly_together(system, watch)))
+            self.sweeps.append(Sweep("nearly together", nearly_together(system, monitor)))
 
     def steady_slip(self) -> None:
         """Where it changes, and how."""
-        keep = self.watch.limit.keep
+        keep = self.monitor.limit.keep
         self.steady, self.neutral = steady_changes(self.system, PATH, self.bounds, keep=keep)
         for kind, value in self.steady:
             if kind == "hopf":
@@ -283,11 +283,11 @@ class _Search:
 
     def go(self) -> None:
         """What runs show, the special points of the cycles, and what runs confirm of them."""
-        look_over(self.system, *self.bounds, self.watch, self.sweeps)
+        look_over(self.system, *self.bounds, self.monitor, self.sweeps)
         if isinstance(self.system, Oscillator):
-            branches = branches_of(self.system, self.bounds, self.steady, self.neutral, self.sweeps, self.watch)
+            branches = branches_of(self.system, self.bounds, self.steady, self.neutral, self.sweeps, self.monitor)
         else:
-            branches = branches_of_masses(self.system, self.bounds, self.sweeps, self.watch)
+            branches = branches_of_masses(self.system, self.bounds, self.sweeps, self.monitor)
         for point in (point for branch in branches for point in branch.special_points):
             if not any(self._same(point.parameter, other.parameter) for other in self.points):
                 self.points.append(point)
@@ -298,12 +298,12 @@ class _Search:
             if point.kind in _KINDS and not known:
                 candidates.append((point.kind, point.parameter, point))
         for done, candidate in enumerate(candidates):
-            self.watch("confirmation", done, len(candidates) + 1)
+            self.monitor("confirmation", done, len(candidates) + 1)
             self._confirm(*candidate, [other for _, other, _ in candidates])
         cycles = tuple(self.ends)
         for sweep in self.sweeps:
             self._changes(sweep, cycles)
-        self.watch("confirmation", len(candidates) + 1, len(candidates) + 1)
+        self.monitor("confirmation", len(candidates) + 1, len(candidates) + 1)
         self.ends = [end for end in self.ends if end in cycles or not _lost_before(end, self.ends)]
 
     def _same(self, one: float, other: float) -> bool:
@@ -313,14 +313,14 @@ class _Search:
     def _confirm(self, kind: str, value: float, special: SpecialPoint | None, candidates: list[float]) -> None:
         """Keep a candidate where runs on both sides of it show different motions."""
         others = [abs(other - value) for other in candidates if not self._same(other, value)]
-        run = beside(self.system, self.watch, value)
+        run = beside(self.system, self.monitor, value)
         if special is not None:
-            run = from_orbit(self.system, self.watch, special)
+            run = from_orbit(self.system, self.monitor, special)
         sides = sides_of(run, value, min(others, default=math.inf))
         if sides is None and all(abs(other - value) > _TOGETHER * value for _, other in self.found):
             # Runs between two so near to each other change too slowly: those on both sides of both tell of the first.
             sides = sides_of(run, value, min((gap for gap in others if gap > _TOGETHER * value), default=math.inf))
-        if sides is None or (special is not None and not ends_between(self.system, self.watch, value, *sides)):
+        if sides is None or (special is not None and not ends_between(self.system, self.monitor, value, *sides)):
             return
         if kind != "vanishing_stick":
             self.found.append((kind, value))
@@ -333,7 +333,7 @@ class _Search:
             if sides[0].sticks and _lost_before(value, cycles):
                 continue
             # Where a motion goes on beyond, a start has left its basin; of those the run from rest has a name.
-            suffix = "" if ends_between(self.system, self.watch, value, *sides) else "_from_rest"
+            suffix = "" if ends_between(self.system, self.monitor, value, *sides) else "_from_rest"
             if suffix and sweep.start != "rest":
                 self.left += [value] if sweep.start != "followed" else []
             elif sides[0].sticks and not suffix:

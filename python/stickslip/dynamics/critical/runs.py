@@ -23,8 +23,8 @@ LONGEST = 3000
 Run = Callable[[float, float], EndOfRun]
 
 
-class Watch:
-    """Says how far a search is, and ends it at a limit of time."""
+class Monitor:
+    """Says how far a search is, makes its runs, and ends it at a limit of time."""
 
     def __init__(self, progress: Callable[[str, int, int], Any] | None, limit: TimeLimit) -> None:
         self.say, self.limit = waiting_by_stage(progress), limit
@@ -49,23 +49,23 @@ class Watch:
         return found
 
 
-def from_rest(system: Oscillator | System, watch: Watch) -> Run:
+def from_rest(system: Oscillator | System, monitor: Monitor) -> Run:
     """Runs that start at rest on the drive, of several masses at unlike positions (:func:`~.end_of_run.rest`)."""
-    return lambda speed, cycles: watch.end_of_run(with_number(system, PATH, speed), cycles)
+    return lambda speed, cycles: monitor.end_of_run(with_number(system, PATH, speed), cycles)
 
 
-def nearly_together(system: System, watch: Watch) -> Run:
+def nearly_together(system: System, monitor: Monitor) -> Run:
     """Runs of several masses that start as a simulation without a start does, but for a thousandth of their reach."""
     start = rest(system, 1e-3)
-    return lambda speed, cycles: watch.end_of_run(with_number(system, PATH, speed), cycles, start)
+    return lambda speed, cycles: monitor.end_of_run(with_number(system, PATH, speed), cycles, start)
 
 
-def beside(system: Oscillator | System, watch: Watch, value: float | None = None) -> Run:
+def beside(system: Oscillator | System, monitor: Monitor, value: float | None = None) -> Run:
     """Runs from a small disturbance of steady slip; near a corner of the law at a speed one that does not reach it."""
 
     def run(speed: float, cycles: float) -> EndOfRun:
         size = 0.1 * (speed if value is None else abs(speed - value))
-        return watch.end_of_run(with_number(system, PATH, speed), cycles, *disturbed(system, speed, size))
+        return monitor.end_of_run(with_number(system, PATH, speed), cycles, *disturbed(system, speed, size))
 
     return run
 
@@ -83,7 +83,7 @@ def disturbed(system: Oscillator | System, speed: float, size: float) -> tuple[A
     return np.linalg.solve(np.array(system.stiffness), force), size * np.ones(system.masses)
 
 
-def from_orbit(system: Oscillator | System, watch: Watch, special: SpecialPoint) -> Run:
+def from_orbit(system: Oscillator | System, monitor: Monitor, special: SpecialPoint) -> Run:
     """Runs from the orbit at a special point: from where it begins to stick, as nothing before is remembered there."""
     assert special.point is not None
     here = special.point.here
@@ -96,4 +96,4 @@ def from_orbit(system: Oscillator | System, watch: Watch, special: SpecialPoint)
     v: Any = state[layout.v]
     if layout.masses == 1:
         x, v = float(x[0]), None if captures.size else float(v[0])
-    return lambda speed, cycles: watch.end_of_run(with_number(system, PATH, speed), cycles, x, v)
+    return lambda speed, cycles: monitor.end_of_run(with_number(system, PATH, speed), cycles, x, v)

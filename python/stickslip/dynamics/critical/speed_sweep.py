@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.critical.confirmation import Sides, sides_of
 from stickslip.dynamics.critical.end_of_run import EndOfRun
-from stickslip.dynamics.critical.runs import LONGEST, PATH, Run, Watch
+from stickslip.dynamics.critical.runs import LONGEST, PATH, Monitor, Run
 from stickslip.dynamics.periodic.equilibria import stability
 from stickslip.dynamics.periodic.event_sequence import with_number
 from stickslip.model.system import Oscillator, System
@@ -42,12 +42,12 @@ class Sweep:
     looks: list[tuple[float, EndOfRun]] = field(default_factory=list)
 
 
-def look_over(system: Oscillator | System, low: float, high: float, watch: Watch, sweeps: list[Sweep]) -> None:
+def look_over(system: Oscillator | System, low: float, high: float, monitor: Monitor, sweeps: list[Sweep]) -> None:
     """Add what runs show over the speeds: from rest, beside steady slip that is unstable, and beyond where those end."""
     speeds = np.union1d(np.linspace(low, high, _SWEEP), np.geomspace(low, high, _SWEEP // 2)).tolist()
     unstable = []
     for speed in speeds:
-        watch.limit.keep()
+        monitor.limit.keep()
         damping, neutral = stability(with_number(system, PATH, speed))
         if not (damping >= 0 or neutral):
             unstable.append(speed)
@@ -55,14 +55,14 @@ def look_over(system: Oscillator | System, low: float, high: float, watch: Watch
     count = sum(map(len, every))
     for sweep, some in zip(sweeps, every, strict=True):
         for speed in some:
-            watch("runs", sum(len(known.looks) for known in sweeps), count)
+            monitor("runs", sum(len(known.looks) for known in sweeps), count)
             sweep.looks.append((speed, sweep.run(speed, _CYCLES)))
         if isinstance(system, System):
             _outlast(sweep)
     starts = tuple(sweeps)
     for changes in [tuple(unlike_neighbours(sweep.looks)) for sweep in starts]:
         for below, above in changes:
-            sweep = _followed(system, watch, (below, above), speeds)
+            sweep = _followed(system, monitor, (below, above), speeds)
             # Where it ends at once, the sweep it comes from has shown that.
             if len(sweep.looks) > 2:
                 sweeps.append(sweep)
@@ -71,26 +71,26 @@ def look_over(system: Oscillator | System, low: float, high: float, watch: Watch
     if isinstance(system, System):
         for sweep in starts:
             if sweep.start != "beside":
-                _carry_on(system, watch, sweep.looks, speeds, sweeps)
-    watch("runs", count, count)
+                _carry_on(system, monitor, sweep.looks, speeds, sweeps)
+    monitor("runs", count, count)
 
 
 def _carry_on(
-    system: System, watch: Watch, looks: list[tuple[float, EndOfRun]], speeds: Sequence[float], sweeps: list[Sweep]
+    system: System, monitor: Monitor, looks: list[tuple[float, EndOfRun]], speeds: Sequence[float], sweeps: list[Sweep]
 ) -> None:
     """Add sweeps of motions to which a start at rest leads at one speed, and to which it does not at the next."""
     for here, (speed, _) in tuple(itertools.pairwise(sorted(looks, key=lambda look: look[0]))):
         if not (here[1].sticks and here[1].repeats):
             continue
-        look = watch.end_of_run(with_number(system, PATH, speed), _CYCLES, *here[1].start_at(speed))
+        look = monitor.end_of_run(with_number(system, PATH, speed), _CYCLES, *here[1].start_at(speed))
         known = [other for sweep in sweeps for at, other in sweep.looks if at == speed]
         if look.sticks and not any(look.resembles(other) for other in known):
-            sweeps.append(_followed(system, watch, (here, (speed, look)), speeds))
+            sweeps.append(_followed(system, monitor, (here, (speed, look)), speeds))
             _outlast(sweeps[-1])
 
 
 def _followed(
-    system: Oscillator | System, watch: Watch, change: tuple[tuple[float, EndOfRun], ...], speeds: Sequence[float]
+    system: Oscillator | System, monitor: Monitor, change: tuple[tuple[float, EndOfRun], ...], speeds: Sequence[float]
 ) -> Sweep:
     """The motion that sticks on one side of a change, followed beyond it from speed to speed until it sticks no more."""
     here, beyond = change if change[0][1].sticks else change[::-1]
@@ -102,7 +102,7 @@ def _followed(
         start = ends[
             max((known for known in ends if way * known <= way * speed), key=lambda at: way * at, default=here[0])
         ]
-        look = watch.end_of_run(with_number(system, PATH, speed), cycles, *start.start_at(speed))
+        look = monitor.end_of_run(with_number(system, PATH, speed), cycles, *start.start_at(speed))
         if look.sticks:
             ends[speed] = look
         elif speed != here[0]:

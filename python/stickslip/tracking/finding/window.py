@@ -72,7 +72,7 @@ class _Spot:
 
 
 @dataclass
-class Watch:
+class WindowedFinder:
     """Detections of picture after picture, in order.
 
     A spot is looked for in a window around where its last velocity takes it, cut at half its contrast. The whole picture is
