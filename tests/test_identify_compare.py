@@ -15,7 +15,7 @@ import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.errors import InputError
 from stickslip.identification import compare_laws, friction_of_orbit, identify, law_forms
-from stickslip.identification.guesses import evidence, first_guess
+from stickslip.identification.guesses import first_guess, guess_data
 from stickslip.identification.selection import comparison
 from stickslip.laws.numbers import value
 
@@ -71,7 +71,7 @@ def test_a_comparison_fits_no_law_that_a_part_cannot_tell_and_static_friction_on
 
     for module in (law_forms, comparison):
         monkeypatch.setattr(module, "fit_forces", counted(module.fit_forces, fitted))
-    monkeypatch.setattr(evidence, "fit_static_friction", counted(evidence.fit_static_friction, static))
+    monkeypatch.setattr(guess_data, "fit_static_friction", counted(guess_data.fit_static_friction, static))
     found = compare_laws(records, ["Coulomb", "StaticKinetic", "DwellTime", "PiecewiseLinear"], pieces=2)
     assert found.table.index.to_list() == ["Coulomb"]
     assert any("nothing about break_away of StaticKinetic" in sentence for sentence in found.sentences)

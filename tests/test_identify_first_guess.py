@@ -9,8 +9,8 @@ import xarray as xr
 import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import friction_of_orbit, identify
-from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import GUESSES, first_guess
+from stickslip.identification.guesses.guess_data import GuessData
 from stickslip.identification.records import read_records
 from stickslip.identification.selection.comparison import BY_NAME_ONLY
 from stickslip.identification.static.rows import break_away_rows
@@ -93,7 +93,7 @@ def test_nodes_of_the_break_away_force_reach_the_longest_sticks_however_few_they
     # Many short sticks, few of forty seconds.
     several = read_records(records(LogarithmicDwell(0.5, 0.05, 10.0), (0.01, 0.03, 0.16), 0.05, 150.0))
     rows = break_away_rows(several)
-    nodes = first_guess(Tabulated, Evidence(several, rows, None, False, 3)).law.break_away
+    nodes = first_guess(Tabulated, GuessData(several, rows, None, False, 3)).law.break_away
     longest, shortest = rows["stick_time"].max(), rows["stick_time"].min()
     assert 4 <= len(nodes) <= 6
     assert nodes[-1][0] == pytest.approx(longest, rel=0.2)

@@ -12,8 +12,8 @@ import stickslip as ss
 from stickslip.errors import InputError
 from stickslip.identification import fit_trajectories, friction_of_orbit, identify
 from stickslip.identification.estimator.residual_statistics import recurrence
-from stickslip.identification.guesses.evidence import Evidence
 from stickslip.identification.guesses.first_guess import first_guess
+from stickslip.identification.guesses.guess_data import GuessData
 from stickslip.identification.kinetic.force_fit import _acting_again, fit_forces
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.replayed_motion import Motion
@@ -135,7 +135,7 @@ def fall_records(*velocities):
 def test_a_fall_with_the_force_rate_is_read_off_the_motions_without_sticks():
     def guess(*velocities):
         records = read_records(fall_records(*velocities))
-        return first_guess(ss.laws.BogaczRyczek, Evidence(records, break_away_rows(records), None, False, 3))
+        return first_guess(ss.laws.BogaczRyczek, GuessData(records, break_away_rows(records), None, False, 3))
 
     found = guess(0.1, 0.28, 0.32, 0.36, 0.39)
     assert "static_friction.drop_exponent" in found.free

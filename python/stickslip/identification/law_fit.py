@@ -6,7 +6,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.identification.fit_options import Options
-from stickslip.identification.guesses.evidence import BreakAways, Evidence, Guess, refuse_unreadable
+from stickslip.identification.guesses.guess_data import BreakAways, Guess, GuessData, refuse_unreadable
 from stickslip.identification.guesses.requested_guess import requested_guess, within_bounds
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.lack_of_fit import lack_of_fit
@@ -84,8 +84,8 @@ class LawFit:
         self._static = None if kind is Coulomb else break_aways.static
         relative, self._drift = (False, []) if kind is Coulomb else break_aways.relative
         grown = None if self._static is None else self._static.of_a_law
-        evidence = Evidence(records, break_aways.rows, grown, relative, count, start=start, parts=parts_of(law))
-        self.guess = within_bounds(requested_guess(kind, start, evidence, options), options.bounds)
+        data = GuessData(records, break_aways.rows, grown, relative, count, start=start, parts=parts_of(law))
+        self.guess = within_bounds(requested_guess(kind, start, data, options), options.bounds)
         self.problems = []
         for form in [*forms_of_law(self.guess), *wider_forms(self.guess)]:
             problem = Problem(

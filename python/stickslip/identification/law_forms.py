@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stickslip.identification.guesses.evidence import Guess
+from stickslip.identification.guesses.guess_data import Guess
 from stickslip.identification.kinetic.force_fit import ForceFit, fit_forces
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.laws import Law

@@ -380,12 +380,12 @@ def _checked(make: Make, stages: tuple[tuple[str, ...], ...]) -> dict[str, Any]:
     total, verdicts, passed = 0.0, {}, True
     for stage in stages:
         for name in stage:
-            evidence = by_id[name].check(study)
-            verdicts[name] = evidence.verdict
-            total += _SCORE[evidence.verdict]
+            checked = by_id[name].check(study)
+            verdicts[name] = checked.verdict
+            total += _SCORE[checked.verdict]
             if name.startswith("forced") and not name.endswith("amplitude"):
-                total += 0.04 * min(evidence.value, 5.0)
-            passed &= evidence.verdict == REPRODUCED
+                total += 0.04 * min(checked.value, 5.0)
+            passed &= checked.verdict == REPRODUCED
         if not passed:
             break
     return {"score": total, "verdicts": verdicts, "passed": passed}

@@ -20,7 +20,7 @@ STATED = "stated"
 REPRODUCED, PARTLY, NOT = "reproduced", "partly", "not reproduced"
 
 
-class Evidence(NamedTuple):
+class CheckResult(NamedTuple):
     """A verdict, its main number and a sentence with all numbers."""
 
     verdict: str
@@ -41,7 +41,7 @@ class Claim:
     measured: str
     threshold: str
     basis: str
-    check: Callable[[Study], Evidence] = field(repr=False)
+    check: Callable[[Study], CheckResult] = field(repr=False)
     source: str = STATED
 
 

@@ -96,7 +96,7 @@ def score(
         if progress is not None:
             progress(done, len(chosen))
     table = claims().loc[[claim.id for claim in chosen]]
-    table.insert(5, "verdict", [evidence.verdict for evidence in found])
-    table.insert(6, "value", [evidence.value for evidence in found])
-    table.insert(7, "evidence", [evidence.sentence for evidence in found])
+    table.insert(5, "verdict", [one.verdict for one in found])
+    table.insert(6, "value", [one.value for one in found])
+    table.insert(7, "evidence", [one.sentence for one in found])
     return table

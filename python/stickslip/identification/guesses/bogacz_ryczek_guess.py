@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.identification.guesses.evidence import Evidence, Guess
+from stickslip.identification.guesses.guess_data import Guess, GuessData
 from stickslip.identification.kinetic.replayed_motion import Motion, least_climb, velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import BogaczRyczek, Law, StaticFriction
@@ -46,16 +46,16 @@ class _Loop:
     force_rate: float
 
 
-def bogacz_ryczek(evidence: Evidence) -> Guess:
+def bogacz_ryczek(data: GuessData) -> Guess:
     """Corners, slopes and climbs of the loops at several drive velocities, and where lines of a kind meet."""
-    loops = [loop for record in evidence.records if (loop := _loop(record)) is not None]
+    loops = [loop for record in data.records if (loop := _loop(record)) is not None]
     climbing = [loop for loop in loops if loop.reversal is not None]
     if not climbing:
         raise InputError(
             "identify: BogaczRyczek needs a record without sticks (almost-harmonic motion): f_s(0), D and the climbs "
             "show only there; add one at a higher drive velocity, or ask for PiecewiseLinear"
         )
-    velocities = {round(abs(r.constants.get("drive_velocity", i)), 12) for i, r in enumerate(evidence.records)}
+    velocities = {round(abs(r.constants.get("drive_velocity", i)), 12) for i, r in enumerate(data.records)}
     if len(velocities) < 2:
         raise InputError(
             "identify: the pencils B and D and the line l of BogaczRyczek are where lines of different drive velocities "
@@ -74,10 +74,10 @@ def bogacz_ryczek(evidence: Evidence) -> Guess:
     lower = float(np.median([loop.lower for loop in loops]))
     free = [*falling, "phi", "psi", "l.slope", "l.intercept", "B.w", "B.f"]
     notes = ["Held fixed: beta, eta and alpha of the law.", *fall_notes]
-    if len(evidence.rows) >= 2:
-        time = evidence.rows["stick_time"].to_numpy()
-        rates = evidence.rows["force_rate"].abs().fillna(0.0).to_numpy()
-        grown = evidence.break_away - float(np.median(_at_once(surface, rates)))
+    if len(data.rows) >= 2:
+        time = data.rows["stick_time"].to_numpy()
+        rates = data.rows["force_rate"].abs().fillna(0.0).to_numpy()
+        grown = data.break_away - float(np.median(_at_once(surface, rates)))
         typical = float(np.median(time))
         surface = replace(surface, limit=max(grown, 0.01 * initial) / (1 - math.exp(-1.0)), rate=1 / typical)
         free.append("static_friction.limit")

@@ -14,7 +14,7 @@ from scipy.interpolate import lagrange
 
 from stickslip.errors import InputError
 from stickslip.identification.guesses.bogacz_ryczek_guess import bogacz_ryczek
-from stickslip.identification.guesses.evidence import Evidence, Guess, need_rows
+from stickslip.identification.guesses.guess_data import Guess, GuessData, need_rows
 from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of, exponential
 from stickslip.identification.guesses.state_laws import STATES
 from stickslip.identification.static.caveats import NARROW
@@ -48,7 +48,7 @@ DEGREE = 4
 """Degree of the polynomial that is first laid through a curve of any shape."""
 
 
-def first_guess(kind: type[Law], evidence: Evidence) -> Guess:
+def first_guess(kind: type[Law], data: GuessData) -> Guess:
     """The first guess for a kind of law.
 
     For developers: a law that can be identified has one function here and a line in `GUESSES`.
@@ -64,52 +64,52 @@ def first_guess(kind: type[Law], evidence: Evidence) -> Guess:
             f"identify: there is no first guess for {kind.__name__}: give a law of it with numbers and the names to fit, or "
             f"choose one of {known}"
         )
-    return GUESSES[kind](evidence)
+    return GUESSES[kind](data)
 
 
-def _coulomb(evidence: Evidence) -> Guess:
-    return Guess(Coulomb(kinetic=max(evidence.kinetic, 0.0)), ["kinetic"])
+def _coulomb(data: GuessData) -> Guess:
+    return Guess(Coulomb(kinetic=max(data.kinetic, 0.0)), ["kinetic"])
 
 
-def _static_kinetic(evidence: Evidence) -> Guess:
-    need_rows(evidence, "StaticKinetic", 2)
-    kinetic = max(evidence.kinetic, 0.0)
-    if evidence.break_away < kinetic:
+def _static_kinetic(data: GuessData) -> Guess:
+    need_rows(data, "StaticKinetic", 2)
+    kinetic = max(data.kinetic, 0.0)
+    if data.break_away < kinetic:
         raise InputError(
-            f"identify: StaticKinetic needs break-away forces above the kinetic force, got {evidence.break_away:.4g} and "
+            f"identify: StaticKinetic needs break-away forces above the kinetic force, got {data.break_away:.4g} and "
             f"{kinetic:.4g}: check the rig's mass and stiffness, or ask for Coulomb"
         )
-    return Guess(StaticKinetic(break_away=evidence.break_away, kinetic=kinetic), ["break_away", "kinetic"])
+    return Guess(StaticKinetic(break_away=data.break_away, kinetic=kinetic), ["break_away", "kinetic"])
 
 
-def _grown(evidence: Evidence, kind: str) -> tuple[float, float, float]:
+def _grown(data: GuessData, kind: str) -> tuple[float, float, float]:
     """Kinetic force, usual growth of static friction and usual stick time; refused where none of it is seen to differ."""
-    need_rows(evidence, kind, 5)
-    time = evidence.rows["stick_time"].to_numpy()
+    need_rows(data, kind, 5)
+    time = data.rows["stick_time"].to_numpy()
     low, high = np.quantile(time, [0.1, 0.9])
     if high < NARROW * low:
         raise InputError(
             f"identify: {kind} needs stick times that differ, here they lie between {low:.4g} and {high:.4g}: add records "
             "at other drive velocities, or ask for StaticKinetic"
         )
-    kinetic = max(evidence.kinetic, 0.0)
-    grown = evidence.break_away - kinetic
+    kinetic = max(data.kinetic, 0.0)
+    grown = data.break_away - kinetic
     if grown <= 0:
         raise InputError(
-            f"identify: {kind} needs break-away forces above the kinetic force, got {evidence.break_away:.4g} and "
+            f"identify: {kind} needs break-away forces above the kinetic force, got {data.break_away:.4g} and "
             f"{kinetic:.4g}: check the rig's mass and stiffness, or ask for Coulomb"
         )
     return kinetic, grown, float(np.median(time))
 
 
-def _dwell_time(evidence: Evidence, kind: str = "DwellTime") -> Guess:
-    kinetic, grown, usual = _grown(evidence, kind)
+def _dwell_time(data: GuessData, kind: str = "DwellTime") -> Guess:
+    kinetic, grown, usual = _grown(data, kind)
     rate = 1 / usual
     laws: list[Law] = [
         DwellTime(kinetic=kinetic, limit=grown / (1 - math.exp(-c)), rate=c * rate) for c in (0.3, 1.0, 3.0)
     ]
     for form in ("exponential", "exponential" + OWN_LEVEL):
-        found = _numbers(evidence, form)
+        found = _numbers(data, form)
         if found and found["limit"] > 0 and 1e-3 * rate < found["rate"] < 1e3 * rate:
             laws.insert(0, DwellTime(found.get("f0", kinetic), found["limit"], found["rate"]))
     return Guess(
@@ -117,28 +117,28 @@ def _dwell_time(evidence: Evidence, kind: str = "DwellTime") -> Guess:
     )
 
 
-def _logarithmic_dwell(evidence: Evidence) -> Guess:
-    kinetic, grown, usual = _grown(evidence, "LogarithmicDwell")
+def _logarithmic_dwell(data: GuessData) -> Guess:
+    kinetic, grown, usual = _grown(data, "LogarithmicDwell")
     laws: list[Law] = [
         LogarithmicDwell(kinetic, growth=grown / math.log1p(1 / share), onset=share * usual)
         for share in (0.1, 1.0, 10.0)
     ]
-    found = _numbers(evidence, ONSET)
+    found = _numbers(data, ONSET)
     if found and found["growth"] > 0 and 1e-3 * usual < found["onset"] < 1e3 * usual:
         laws.insert(0, LogarithmicDwell(found["f0"], found["growth"], found["onset"]))
     return Guess(laws[0], ["kinetic", "growth", "onset"], candidates=laws[1:])
 
 
-def _numbers(evidence: Evidence, form: str) -> dict[str, float]:
+def _numbers(data: GuessData, form: str) -> dict[str, float]:
     """The numbers of a form of static friction that was fitted to the break-aways; none where it was not."""
-    fits = {} if evidence.static is None else evidence.static.fits
+    fits = {} if data.static is None else data.static.fits
     found = fits[form].parameters["value"].to_dict() if form in fits else {}
     return {str(name): float(number) for name, number in found.items() if found.get("f0", 0.0) >= 0}
 
 
-def _force_rate(evidence: Evidence) -> Guess:
-    start = _dwell_time(evidence, "ForceRate")
-    rate = evidence.rows["force_rate"].abs().dropna().to_numpy()
+def _force_rate(data: GuessData) -> Guess:
+    start = _dwell_time(data, "ForceRate")
+    rate = data.rows["force_rate"].abs().dropna().to_numpy()
     if rate.size < 5:
         raise InputError(
             "identify: ForceRate needs force rates, and the break-aways have none: measure with a rig that knows its "
@@ -161,46 +161,46 @@ def _force_rate(evidence: Evidence) -> Guess:
     return Guess(laws[0], ["kinetic", "limit", "rate", "force_rate_scale"], candidates=laws[1:], notes=notes)
 
 
-def _piecewise_linear(evidence: Evidence) -> Guess:
-    speed, force = curve_of(evidence, "PiecewiseLinear")
-    inner = np.quantile(speed, np.arange(1, evidence.pieces) / evidence.pieces)
+def _piecewise_linear(data: GuessData) -> Guess:
+    speed, force = curve_of(data, "PiecewiseLinear")
+    inner = np.quantile(speed, np.arange(1, data.pieces) / data.pieces)
     nodes = np.array([0.0, *inner, float(speed.max())])
     if not (np.diff(nodes) > 0).all():
-        raise InputError(f"identify: the slip velocities are too few for {evidence.pieces} pieces; ask for fewer")
+        raise InputError(f"identify: the slip velocities are too few for {data.pieces} pieces; ask for fewer")
     hats = np.stack([np.interp(speed, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
     movable = [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
-    return _through_nodes(PiecewiseLinear, evidence, nodes, hats, force, movable)
+    return _through_nodes(PiecewiseLinear, data, nodes, hats, force, movable)
 
 
-def _piecewise_polynomial(evidence: Evidence) -> Guess:
-    speed, force = curve_of(evidence, "PiecewisePolynomial")
+def _piecewise_polynomial(data: GuessData) -> Guess:
+    speed, force = curve_of(data, "PiecewisePolynomial")
     nodes = 0.5 * float(speed.max()) * (1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE))
     weights = np.stack([lagrange(nodes, unit)(speed) for unit in np.eye(len(nodes))], axis=1)
-    guess = _through_nodes(partial(PiecewisePolynomial, degree=DEGREE), evidence, nodes, weights, force, [])
+    guess = _through_nodes(partial(PiecewisePolynomial, degree=DEGREE), data, nodes, weights, force, [])
     guess.notes.append(f"The curve is one polynomial of degree {DEGREE} up to the highest slip speed.")
     return guess
 
 
-def _one_way(evidence: Evidence) -> Guess:
+def _one_way(data: GuessData) -> Guess:
     """The law of one direction: by its sticks, else with a fall over the speed where that lies closer to the samples."""
-    if len(evidence.rows) >= 2 and evidence.break_away > evidence.kinetic:
-        return _static_kinetic(evidence)
-    flat = _coulomb(evidence)
+    if len(data.rows) >= 2 and data.break_away > data.kinetic:
+        return _static_kinetic(data)
+    flat = _coulomb(data)
     try:
-        falling = exponential(evidence)
+        falling = exponential(data)
     except InputError:
         return flat
-    speed, force = evidence.curve
+    speed, force = data.curve
     misfits = [
         float(np.sum((force - law.kinetic_force(speed)) ** 2)) for law in (flat.law, falling.law, *falling.candidates)
     ]
     return falling if min(misfits[1:]) < CLOSER * misfits[0] else flat
 
 
-def _asymmetric(evidence: Evidence) -> Guess:
+def _asymmetric(data: GuessData) -> Guess:
     parts: dict[str, Guess] = {}
     for name, sense in (("forward", 1.0), ("backward", -1.0)):
-        one = evidence.toward(sense)
+        one = data.toward(sense)
         if one.curve[0].size < LEAST_SAMPLES:
             raise InputError(
                 f"identify: Asymmetric needs slip in both directions, and the records hold {one.curve[0].size} samples "
@@ -208,9 +208,7 @@ def _asymmetric(evidence: Evidence) -> Guess:
             )
         parts[name] = _one_way(one)
     kinds = " and ".join(type(part.law).__name__ for part in parts.values())
-    reason = (
-        "its own break-aways tell" if len(evidence.rows) else "its kinetic friction tells (there are no break-aways)"
-    )
+    reason = "its own break-aways tell" if len(data.rows) else "its kinetic friction tells (there are no break-aways)"
     note = f"The law of each direction is {kinds}, as {reason}; give a law of another kind with names to fit."
     free = [f"{name}.{number}" for name, part in parts.items() for number in part.free]
     ways = [[part.law, *part.candidates] for part in parts.values()]
@@ -219,24 +217,24 @@ def _asymmetric(evidence: Evidence) -> Guess:
     return Guess(laws[0], free, candidates=[*laws[1:]], notes=[note])
 
 
-def _combined(evidence: Evidence) -> Guess:
+def _combined(data: GuessData) -> Guess:
     """Parts as asked for or as the law given says, else growth as the break-aways show and a fall with the slip speed."""
-    static_kind, curve = _dwell_kind(evidence), None
-    if isinstance(evidence.start, Combined):
-        static_kind = type(evidence.start.static)
-        curve = first_guess(type(evidence.start.kinetic), replace(evidence, start=evidence.start.kinetic))
-    elif len(evidence.parts) > 1:
-        curve = first_guess(evidence.parts[1], evidence)
+    static_kind, curve = _dwell_kind(data), None
+    if isinstance(data.start, Combined):
+        static_kind = type(data.start.static)
+        curve = first_guess(type(data.start.kinetic), replace(data, start=data.start.kinetic))
+    elif len(data.parts) > 1:
+        curve = first_guess(data.parts[1], data)
     else:
         try:
-            curve = exponential(evidence)
+            curve = exponential(data)
         except InputError:  # hardly any range of slip speeds: no curve over them
-            curve = _coulomb(evidence)
-    static_kind = evidence.parts[0] if evidence.parts else static_kind
-    grown = first_guess(static_kind, evidence)
-    speeds = np.linspace(0.0, float(evidence.curve[0].max()), 20)
+            curve = _coulomb(data)
+    static_kind = data.parts[0] if data.parts else static_kind
+    grown = first_guess(static_kind, data)
+    speeds = np.linspace(0.0, float(data.curve[0].max()), 20)
     slides = [name for name in curve.free if _acts(curve.law, name, lambda law: law.kinetic_force(speeds))]
-    own_level = evidence.static is not None and evidence.static.own_level
+    own_level = data.static is not None and data.static.own_level
     follows = next((name for name in slides if _acts(curve.law, name, lambda law: law.kinetic_force(0.0))), None)
     names = [name for name in grown.free if name != "kinetic"]
     ties, free_level, notes = {}, [], []
@@ -271,9 +269,9 @@ def _combined(evidence: Evidence) -> Guess:
     )
 
 
-def _dwell_kind(evidence: Evidence) -> type[Law]:
+def _dwell_kind(data: GuessData) -> type[Law]:
     """The law of growth with rest whose form the break-aways show."""
-    bounded = evidence.static is None or evidence.static.chosen.startswith(("exponential", "Kato", "constant"))
+    bounded = data.static is None or data.static.chosen.startswith(("exponential", "Kato", "constant"))
     return DwellTime if bounded else LogarithmicDwell
 
 
@@ -296,14 +294,14 @@ def _joined(static: Law, kinetic: Law, own_level: bool) -> list[Law]:
 
 
 def _through_nodes(
-    law: Callable[..., Law], evidence: Evidence, nodes: Array, weights: Array, force: Array, free: Sequence[str]
+    law: Callable[..., Law], data: GuessData, nodes: Array, weights: Array, force: Array, free: Sequence[str]
 ) -> Guess:
     """A curve that is linear in the forces at its nodes, of which each sample has its `weights`."""
     values = np.maximum(np.linalg.lstsq(weights, force, rcond=None)[0], 0.0)
     free = [*(f"nodes[{i}].force" for i in range(len(nodes))), *free]
     notes, ties = [], {}
-    if len(evidence.rows) >= 2:
-        top = max(evidence.break_away, float(values[0]))
+    if len(data.rows) >= 2:
+        top = max(data.break_away, float(values[0]))
         free.append("break_away")
     else:
         top = float(values[0])
@@ -316,7 +314,7 @@ def _through_nodes(
     return Guess(law(nodes=pairs, break_away=top), free, ties=ties, notes=notes)
 
 
-GUESSES: dict[type[Law], Callable[[Evidence], Guess]] = {
+GUESSES: dict[type[Law], Callable[[GuessData], Guess]] = {
     Coulomb: _coulomb,
     StaticKinetic: _static_kinetic,
     DwellTime: _dwell_time,

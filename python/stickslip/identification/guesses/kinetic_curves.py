@@ -9,7 +9,7 @@ import numpy.typing as npt
 from scipy.optimize import lsq_linear
 
 from stickslip.errors import InputError
-from stickslip.identification.guesses.evidence import Evidence, Guess
+from stickslip.identification.guesses.guess_data import Guess, GuessData
 from stickslip.identification.kinetic.replayed_motion import without_wiggles
 from stickslip.laws import (
     Cubic,
@@ -37,9 +37,9 @@ SHAPES = np.geomspace(0.02, 3.0, 25)
 """Slip speeds, relative to the highest, over which a curve may bend."""
 
 
-def curve_of(evidence: Evidence, kind: str) -> tuple[Array, Array]:
+def curve_of(data: GuessData, kind: str) -> tuple[Array, Array]:
     """Slip speed and kinetic force of all samples; refused where they show no curve."""
-    speed, force = evidence.curve
+    speed, force = data.curve
     low, high = np.quantile(speed, [0.05, 0.95])
     if high - low < NARROW_RANGE * high:
         raise InputError(
@@ -78,13 +78,13 @@ def stribeck_of(
     return kinetic + drop, kinetic, scale, viscous
 
 
-def exponential(evidence: Evidence) -> Guess:
+def exponential(data: GuessData) -> Guess:
     """A fall and a line, the fall an exponential or a Gaussian, of the likeliest width and of others.
 
     Beside sticks measured friction is smoothed into them, and the samples there may ask for a fall that is none.
     """
     choices = ExponentialStribeck.PARAMETERS["exponent"].choices
-    curve = curve_of(evidence, "ExponentialStribeck")
+    curve = curve_of(data, "ExponentialStribeck")
     laws: list[Law] = [
         ExponentialStribeck(*stribeck_of(*curve, n, shapes=shapes), exponent=n)
         for shapes in (SHAPES, *SHAPES[::4, None])
@@ -93,8 +93,8 @@ def exponential(evidence: Evidence) -> Guess:
     return Guess(laws[0], ["break_away", "kinetic", "scale", "viscous"], candidates=laws[1:])
 
 
-def _lorentzian(evidence: Evidence) -> Guess:
-    w, force = curve_of(evidence, "Lorentzian")
+def _lorentzian(data: GuessData) -> Guess:
+    w, force = curve_of(data, "Lorentzian")
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
     scale, (kinetic, drop, viscous) = _least(
         w, force, lambda s: [np.ones_like(w), Lorentzian(1.0, 0.0, s).kinetic_force(w), w], low
@@ -103,8 +103,8 @@ def _lorentzian(evidence: Evidence) -> Guess:
     return Guess(law, ["break_away", "kinetic", "scale", "viscous"])
 
 
-def _popp_stelter(evidence: Evidence) -> Guess:
-    w, force = curve_of(evidence, "PoppStelter")
+def _popp_stelter(data: GuessData) -> Guess:
+    w, force = curve_of(data, "PoppStelter")
     low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
     scale, (kinetic, drop, square) = _least(
         w, force, lambda s: [np.ones_like(w), Rational(1.0, 1 / s).kinetic_force(w), w**2], low
@@ -113,14 +113,14 @@ def _popp_stelter(evidence: Evidence) -> Guess:
     return Guess(law, ["break_away", "kinetic", "weakening", "square"])
 
 
-def _rational(evidence: Evidence) -> Guess:
-    w, force = curve_of(evidence, "Rational")
+def _rational(data: GuessData) -> Guess:
+    w, force = curve_of(data, "Rational")
     scale, (break_away,) = _least(w, force, lambda s: [Rational(1.0, 1 / s).kinetic_force(w)], [0.0])
     return Guess(Rational(break_away, 1 / scale), ["break_away", "weakening"])
 
 
-def _cubic(evidence: Evidence) -> Guess:
-    w, force = curve_of(evidence, "Cubic")
+def _cubic(data: GuessData) -> Guess:
+    w, force = curve_of(data, "Cubic")
     columns = np.stack([np.ones_like(w), -w, w**3], axis=1)
     static, linear, cubic = (float(number) for number in np.linalg.lstsq(columns, force, rcond=None)[0])
     return Guess(Cubic(max(static, 0.0), linear, cubic), ["static", "linear", "cubic"])
@@ -139,22 +139,22 @@ def _spread(time: Array) -> list[Samples]:
     return [np.array(groups[k]) for k in chosen]
 
 
-def _tabulated(evidence: Evidence) -> Guess:
-    w, force = curve_of(evidence, "Tabulated")
-    nodes = np.linspace(0.0, float(np.quantile(w, 0.95)), evidence.pieces + 1)
+def _tabulated(data: GuessData) -> Guess:
+    w, force = curve_of(data, "Tabulated")
+    nodes = np.linspace(0.0, float(np.quantile(w, 0.95)), data.pieces + 1)
     hats = np.stack([np.interp(w, nodes, unit) for unit in np.eye(nodes.size)], axis=1)
     values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
     kinetic = tuple((float(a), float(b)) for a, b in zip(nodes, values, strict=True))
     free = [f"kinetic[{i}].force" for i in range(nodes.size)]
-    if len(evidence.rows) < 2:
+    if len(data.rows) < 2:
         note = "The records hold no break-away, so static friction is the kinetic force at w = 0, an extrapolation."
         law = Tabulated(kinetic, kinetic[0][1])
         return Guess(law, free, ties={"break_away": "kinetic[0].force"}, notes=[note])
-    time = evidence.rows["stick_time"].to_numpy()
-    limit = evidence.rows["force"].to_numpy()
+    time = data.rows["stick_time"].to_numpy()
+    limit = data.rows["force"].to_numpy()
     low, high = np.quantile(time, [0.1, 0.9])
-    if len(evidence.rows) < 5 or high < NARROW_TIMES * low:
-        top = max(evidence.break_away, 1.001 * kinetic[0][1])
+    if len(data.rows) < 5 or high < NARROW_TIMES * low:
+        top = max(data.break_away, 1.001 * kinetic[0][1])
         return Guess(Tabulated(kinetic, top), [*free, "break_away"])
     static = [(0.0, kinetic[0][1])]
     for part in _spread(time):
@@ -168,19 +168,19 @@ def _tabulated(evidence: Evidence) -> Guess:
     )
 
 
-def _two_branch(evidence: Evidence) -> Guess:
-    w, _ = curve_of(evidence, "TwoBranch")
+def _two_branch(data: GuessData) -> Guess:
+    w, _ = curve_of(data, "TwoBranch")
     rising: list[Array] = []
     falling: list[Array] = []
-    for record in evidence.records:
+    for record in data.records:
         smooth = np.abs(without_wiggles(record)[0])
         force = np.copysign(1.0, record.slip_velocity) * record.force
         sense = np.gradient(smooth)
         for part, keep in ((rising, sense > 0), (falling, sense < 0)):
             part.append(np.stack([smooth, force])[:, keep & ~record.stuck])
-    nodes = np.array([0.0, *np.quantile(w, np.arange(1, evidence.pieces) / evidence.pieces), float(w.max())])
+    nodes = np.array([0.0, *np.quantile(w, np.arange(1, data.pieces) / data.pieces), float(w.max())])
     if not (np.diff(nodes) > 0).all():
-        raise InputError(f"identify: the slip velocities are too few for {evidence.pieces} pieces; ask for fewer")
+        raise InputError(f"identify: the slip velocities are too few for {data.pieces} pieces; ask for fewer")
     branches = []
     for part in (rising, falling):
         speed, force = np.concatenate(part, axis=1)
@@ -196,13 +196,13 @@ def _two_branch(evidence: Evidence) -> Guess:
     up, down = branches
     free = [f"{name}[{i}].force" for name in ("rising", "falling") for i in range(nodes.size)]
     free += [f"{name}[{i}].slip_velocity" for name in ("rising", "falling") for i in range(1, nodes.size - 1)]
-    top = max(up[0][1], down[0][1], evidence.break_away if len(evidence.rows) >= 2 else 0.0)
-    if len(evidence.rows) >= 2:
+    top = max(up[0][1], down[0][1], data.break_away if len(data.rows) >= 2 else 0.0)
+    if len(data.rows) >= 2:
         free.append("break_away")
     return Guess(TwoBranch(rising=up, falling=down, break_away=1.001 * top), free)
 
 
-CURVES: dict[type[Law], Callable[[Evidence], Guess]] = {
+CURVES: dict[type[Law], Callable[[GuessData], Guess]] = {
     ExponentialStribeck: exponential,
     PoppStelter: _popp_stelter,
     Rational: _rational,

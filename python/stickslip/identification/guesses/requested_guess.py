@@ -9,19 +9,19 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.identification.fit_options import Options
-from stickslip.identification.guesses.evidence import Evidence, Guess
 from stickslip.identification.guesses.first_guess import first_guess
+from stickslip.identification.guesses.guess_data import Guess, GuessData
 from stickslip.laws import Law
 from stickslip.laws.numbers import check_names, maybe, pointers, value, with_values
 
 
-def requested_guess(kind: type[Law], start: Law | None, evidence: Evidence, options: Options) -> Guess:
+def requested_guess(kind: type[Law], start: Law | None, data: GuessData, options: Options) -> Guess:
     """The first guess for a law of this kind, or with `start` as its law, with the numbers free and tied as asked."""
     fixed, asked = dict(options.fixed), None if options.free is None else list(options.free)
     if start is not None and asked is not None:
         guess = Guess(start, asked)
     else:
-        guess = first_guess(kind, evidence)
+        guess = first_guess(kind, data)
         if start is not None:
             known = pointers(start)
             guess = Guess(

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.identification.guesses.evidence import Evidence, Guess
+from stickslip.identification.guesses.guess_data import Guess, GuessData
 from stickslip.identification.guesses.kinetic_curves import NARROW_RANGE, SHAPES, curve_of, exponential, stribeck_of
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import BoucWen, Coulomb, Dahl, ElastoPlastic, Law, LuGre, RateState, Regularised
@@ -42,15 +42,15 @@ DECADES = 0.5
 
 
 def _bristles(
-    evidence: Evidence, force: float, law: Callable[[float, float, float], Law]
+    data: GuessData, force: float, law: Callable[[float, float, float], Law]
 ) -> tuple[Law, list[str], dict[str, str]]:
     """A law of bristles as stiff as the record shows them: with the names of stiffness and damping to fit, or what is held.
 
     `law` makes one from stiffness, damping and a factor of all its other forces. Where bristles of another stiffness than the
     stiffest lie clearly closer to the record, it shows how force rises after a reversal.
     """
-    mass = float(np.median([record.constants.get("mass", 1.0) for record in evidence.records]))
-    reach = max(_reach(evidence), 1e-12)
+    mass = float(np.median([record.constants.get("mass", 1.0) for record in data.records]))
+    reach = max(_reach(data), 1e-12)
 
     def numbers(share: float) -> tuple[float, float]:
         stiffness = max(force, 1e-12) / (share * reach)
@@ -58,9 +58,9 @@ def _bristles(
 
     def of_deflection(share: float) -> tuple[float, Law]:
         stiffness, damping = numbers(share)
-        factor = _factor(evidence, law(stiffness, damping, 1.0))
+        factor = _factor(data, law(stiffness, damping, 1.0))
         closest = law(factor * stiffness, factor * damping, factor)
-        return _misfit(evidence, closest), closest
+        return _misfit(data, closest), closest
 
     usual, *softer = (of_deflection(share) for share in (STIFF, *SOFTER))
     misfit, closest = min(softer, key=lambda found: found[0])
@@ -70,52 +70,52 @@ def _bristles(
     return law(stiffness, damping, 1.0), [], {"stiffness": _held_stiffness(stiffness)}
 
 
-def _replayed(evidence: Evidence, law: Law) -> Array:
-    return np.concatenate([force_along(law, r.time, r.slip_velocity, r.stuck) for r in evidence.records])
+def _replayed(data: GuessData, law: Law) -> Array:
+    return np.concatenate([force_along(law, r.time, r.slip_velocity, r.stuck) for r in data.records])
 
 
-def _measured(evidence: Evidence) -> Array:
-    return np.concatenate([record.force for record in evidence.records])
+def _measured(data: GuessData) -> Array:
+    return np.concatenate([record.force for record in data.records])
 
 
-def _factor(evidence: Evidence, law: Law) -> float:
+def _factor(data: GuessData, law: Law) -> float:
     """By which the forces of a law lie closest to those of the records."""
-    along, measured = _replayed(evidence, law), _measured(evidence)
+    along, measured = _replayed(data, law), _measured(data)
     return max(float(along @ measured) / max(float(along @ along), 1e-300), 1e-6)
 
 
-def _misfit(evidence: Evidence, law: Law) -> float:
-    return float(np.mean((_measured(evidence) - _replayed(evidence, law)) ** 2))
+def _misfit(data: GuessData, law: Law) -> float:
+    return float(np.mean((_measured(data) - _replayed(data, law)) ** 2))
 
 
-def _reach(evidence: Evidence) -> float:
+def _reach(data: GuessData) -> float:
     """Range of the motion about its mean velocity."""
-    paths = [record.slip_velocity * record.step for record in evidence.records]
+    paths = [record.slip_velocity * record.step for record in data.records]
     return float(np.median([np.ptp(np.cumsum(path - path.mean())) for path in paths]))
 
 
-def _dahl(evidence: Evidence) -> Guess:
-    kinetic = max(evidence.kinetic, 1e-12)
-    law, free, held = _bristles(evidence, kinetic, lambda stiffness, _, by: Dahl(stiffness, by * kinetic))
+def _dahl(data: GuessData) -> Guess:
+    kinetic = max(data.kinetic, 1e-12)
+    law, free, held = _bristles(data, kinetic, lambda stiffness, _, by: Dahl(stiffness, by * kinetic))
     return Guess(law, ["kinetic", *free], held=held)
 
 
-def _bouc_wen(evidence: Evidence) -> Guess:
+def _bouc_wen(data: GuessData) -> Guess:
     # Steady slip has F = k/(β + γ) for n = 1 and A = 1.
-    kinetic = max(evidence.kinetic, 1e-12)
+    kinetic = max(data.kinetic, 1e-12)
     law, free, held = _bristles(
-        evidence, kinetic, lambda stiffness, _, by: BoucWen(stiffness, beta=stiffness / (by * kinetic), gamma=0.0)
+        data, kinetic, lambda stiffness, _, by: BoucWen(stiffness, beta=stiffness / (by * kinetic), gamma=0.0)
     )
     note = "The exponent is held at 1, the amplitude at 1 and gamma at 0, where steady slip has the force stiffness / beta."
     return Guess(law, ["beta", *free], notes=[note], held=held)
 
 
-def _lugre(evidence: Evidence) -> Guess:
-    found = _bristles_and_curves(evidence)
+def _lugre(data: GuessData) -> Guess:
+    found = _bristles_and_curves(data)
     usual = found[STIFF][0][1]
     closest = sorted(found.values(), key=lambda laws: laws[0][0])
     laws = [law for _, law in closest[0]]
-    sharp = next((law for law in laws if law.scale < NARROW * float(evidence.curve[0].max())), laws[0])
+    sharp = next((law for law in laws if law.scale < NARROW * float(data.curve[0].max())), laws[0])
     sharp = replace(sharp, break_away=max(sharp.break_away, FALL * sharp.kinetic))
     return Guess(
         usual,
@@ -133,21 +133,21 @@ def _held_stiffness(stiffness: float) -> str:
     )
 
 
-def _bristles_and_curves(evidence: Evidence) -> dict[float, list[tuple[float, LuGre]]]:
+def _bristles_and_curves(data: GuessData) -> dict[float, list[tuple[float, LuGre]]]:
     """For each deflection of the bristles, over the range of motion, the misfits of laws and the laws, the least first.
 
     The curve is that of slip which is so far from its last reversal that the bristles have settled; the fall with the speed
     has several widths, the damping several sizes.
     """
-    w, _ = curve_of(evidence, "LuGre")
-    force = float(np.quantile(np.abs(_measured(evidence)), 0.9))
-    mass = float(np.median([record.constants.get("mass", 1.0) for record in evidence.records]))
-    reach = max(_reach(evidence), 1e-12)
-    settled = np.concatenate([_since_reversal(record)[~record.stuck] for record in evidence.records])
+    w, _ = curve_of(data, "LuGre")
+    force = float(np.quantile(np.abs(_measured(data)), 0.9))
+    mass = float(np.median([record.constants.get("mass", 1.0) for record in data.records]))
+    reach = max(_reach(data), 1e-12)
+    settled = np.concatenate([_since_reversal(record)[~record.stuck] for record in data.records])
     found = {}
     for share in (STIFF, *SOFTER):
         kept = settled > SETTLED * share * reach
-        speed, along = evidence.curve if np.count_nonzero(kept) < 0.1 * w.size else (w[kept], evidence.curve[1][kept])
+        speed, along = data.curve if np.count_nonzero(kept) < 0.1 * w.size else (w[kept], data.curve[1][kept])
         stiffness = max(force, 1e-12) / (share * reach)
         laws = []
         for shapes in (SHAPES, *SHAPES[::4, None]):
@@ -156,7 +156,7 @@ def _bristles_and_curves(evidence: Evidence) -> dict[float, list[tuple[float, Lu
                 law = LuGre(
                     stiffness, part * math.sqrt(stiffness * mass), viscous, max(kinetic, 1e-12), break_away, scale
                 )
-                laws.append((_misfit(evidence, law), law))
+                laws.append((_misfit(data, law), law))
         found[share] = sorted(laws, key=lambda law: law[0])
     return found
 
@@ -171,8 +171,8 @@ def _since_reversal(record: FrictionRecord) -> Array:
     return np.asarray(path - path[np.maximum.accumulate(last)])
 
 
-def _elasto_plastic(evidence: Evidence) -> Guess:
-    start = _lugre(evidence)
+def _elasto_plastic(data: GuessData) -> Guess:
+    start = _lugre(data)
 
     def whole(law: Law) -> ElastoPlastic:
         assert isinstance(law, LuGre)
@@ -184,8 +184,8 @@ def _elasto_plastic(evidence: Evidence) -> Guess:
     return replace(start, law=whole(start.law), wider=[*start.wider, "elastic"], starts=starts, held=held)
 
 
-def _rate_state(evidence: Evidence) -> Guess:
-    speed, force = evidence.curve
+def _rate_state(data: GuessData) -> Guess:
+    speed, force = data.curve
     moving = speed > 0
     low, middle, high = np.quantile(speed[moving], [0.05, 0.5, 0.95])
     if math.log10(high / low) < DECADES:
@@ -193,13 +193,13 @@ def _rate_state(evidence: Evidence) -> Guess:
             "identify: RateState is a logarithm of the slip velocity, and nearly all slip is between "
             f"{low:.4g} and {high:.4g}: add records at drive velocities ten times apart, or measure a step in velocity"
         )
-    weights = [record.constants["weight"] for record in evidence.records if "weight" in record.constants]
+    weights = [record.constants["weight"] for record in data.records if "weight" in record.constants]
     normal = float(np.median(weights)) if weights else 1.0
     inside = moving & (speed > low) & (speed < high)
     slope, level = np.polyfit(np.log(speed[inside] / middle), force[inside] / normal, 1)
     level = max(float(level), 1e-6)
     direct = max(DIRECT * level, 2 * float(slope))
-    length = 0.1 * max(_reach(evidence), 1e-12)
+    length = 0.1 * max(_reach(data), 1e-12)
     notes = [
         f"The normal force is held at {normal:.3g}"
         + ("" if weights else ", as the rig states none: friction is over it")
@@ -211,14 +211,14 @@ def _rate_state(evidence: Evidence) -> Guess:
     return Guess(law, ["reference_friction", "a", "b"], notes=notes)
 
 
-def _regularised(evidence: Evidence) -> Guess:
-    speed, _ = evidence.curve
+def _regularised(data: GuessData) -> Guess:
+    speed, _ = data.curve
     low, high = np.quantile(speed, [0.05, 0.95])
     if high - low < NARROW_RANGE * high:
-        inner = Guess(Coulomb(kinetic=max(evidence.kinetic, 0.0)), ["kinetic"])
+        inner = Guess(Coulomb(kinetic=max(data.kinetic, 0.0)), ["kinetic"])
     else:
-        curve_of(evidence, "Regularised")
-        inner = exponential(evidence)
+        curve_of(data, "Regularised")
+        inner = exponential(data)
     width = WIDTH * float(speed.max())
     note = (
         f"The width of the smooth sign is held at {width:.3g}, {WIDTH:g} of the highest slip speed: it is no number of the "
@@ -227,7 +227,7 @@ def _regularised(evidence: Evidence) -> Guess:
     return Guess(Regularised(inner.law, width), [f"law.{name}" for name in inner.free], notes=[*inner.notes, note])
 
 
-STATES: dict[type[Law], Callable[[Evidence], Guess]] = {
+STATES: dict[type[Law], Callable[[GuessData], Guess]] = {
     Dahl: _dahl,
     BoucWen: _bouc_wen,
     LuGre: _lugre,

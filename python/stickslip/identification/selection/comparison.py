@@ -18,8 +18,8 @@ from stickslip.files.notebook import OfTable, waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import half_width
 from stickslip.identification.fit_options import Options
-from stickslip.identification.guesses.evidence import BreakAways, Guess
 from stickslip.identification.guesses.first_guess import GUESSES
+from stickslip.identification.guesses.guess_data import BreakAways, Guess
 from stickslip.identification.kinetic.force_fit import fit_forces
 from stickslip.identification.kinetic.force_residuals import OFFSET, Problem
 from stickslip.identification.law_fit import LawFit

@@ -1,4 +1,4 @@
-"""The checks of the paper's claims, one family a file; each looks at a study and returns its verdict and evidence."""
+"""The checks of the paper's claims, one family a file; each looks at a study and returns its verdict with its numbers."""
 
 from stickslip.paper.checks import almost_harmonic, forced, history, thresholds
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, Claim, Evidence, listed
+from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, CheckResult, Claim, listed
 from stickslip.paper.study import FREQUENCIES, Forced, Study
 
 
@@ -20,51 +20,53 @@ def _forced_summary(motions: list[Forced]) -> str:
     return sentence + (f"; two loops per forcing period at u₀ = {listed(two_loops)}" if two_loops else "")
 
 
-def _two_periodic(s: float, frequency: float) -> Callable[[Study], Evidence]:
-    def check(study: Study) -> Evidence:
+def _two_periodic(s: float, frequency: float) -> Callable[[Study], CheckResult]:
+    def check(study: Study) -> CheckResult:
         motions = study.forced(s, frequency)
         found = [motion.amplitude for motion in motions if motion.period == 2 and not motion.sticks]
         nearly = [motion for motion in motions if motion.period == 2 or (motion.period == 1 and motion.loops == 2.0)]
         sentence = _forced_summary(motions) + (f"; period two at u₀ = {listed(found)}" if found else "")
         verdict = REPRODUCED if len(found) > 1 else PARTLY if nearly else NOT
-        return Evidence(verdict, float(len(found)), sentence)
+        return CheckResult(verdict, float(len(found)), sentence)
 
     return check
 
 
-def _non_periodic(s: float, frequency: float) -> Callable[[Study], Evidence]:
-    def check(study: Study) -> Evidence:
+def _non_periodic(s: float, frequency: float) -> Callable[[Study], CheckResult]:
+    def check(study: Study) -> CheckResult:
         motions, found = study.forced(s, frequency), study.non_periodic(s, frequency)
         nearly = [motion for motion in motions if motion.period == 0 or motion.period > 2]
         sentence = _forced_summary(motions) + (
             f"; after 9600 forcing periods no period up to 1000 at u₀ = {listed(found)}" if found else ""
         )
         verdict = REPRODUCED if len(found) > 1 else PARTLY if nearly else NOT
-        return Evidence(verdict, float(len(found)), sentence)
+        return CheckResult(verdict, float(len(found)), sentence)
 
     return check
 
 
-def _one_amplitude(s: float, slow: float, fast: float) -> Callable[[Study], Evidence]:
-    def check(study: Study) -> Evidence:
+def _one_amplitude(s: float, slow: float, fast: float) -> Callable[[Study], CheckResult]:
+    def check(study: Study) -> CheckResult:
         fast_ones = study.non_periodic(s, fast)
         there = [motion for motion in study.forced(s, slow) if motion.amplitude in fast_ones and not motion.sticks]
         both = [motion.amplitude for motion in there if motion.period == 2]
         near = [motion.amplitude for motion in there if motion.period in (4, 8) or abs(motion.loops - 2) < 0.05]
         if both:
-            return Evidence(REPRODUCED, both[0], f"both at u₀ = {listed(both)}")
+            return CheckResult(REPRODUCED, both[0], f"both at u₀ = {listed(both)}")
         if near:
-            return Evidence(PARTLY, near[0], f"nearly both at u₀ = {listed(near)}")
-        evidence = f"where η = {fast} is non-periodic, u₀ = {listed(fast_ones)}, η = {slow} has the periods "
+            return CheckResult(PARTLY, near[0], f"nearly both at u₀ = {listed(near)}")
+        sentence = f"where η = {fast} is non-periodic, u₀ = {listed(fast_ones)}, η = {slow} has the periods "
         periods = sorted({motion.period for motion in there})
-        evidence += ", ".join(str(p) if p else "none up to 32" for p in periods)
-        return Evidence(NOT, np.nan, evidence if fast_ones else f"η = {fast} is nowhere non-periodic without sticking")
+        sentence += ", ".join(str(p) if p else "none up to 32" for p in periods)
+        return CheckResult(
+            NOT, np.nan, sentence if fast_ones else f"η = {fast} is nowhere non-periodic without sticking"
+        )
 
     return check
 
 
-def _kinds(s: float) -> Callable[[Study], Evidence]:
-    def check(study: Study) -> Evidence:
+def _kinds(s: float) -> Callable[[Study], CheckResult]:
+    def check(study: Study) -> CheckResult:
         best, sentence = -1, ""
         for amplitude in (0.05, 0.10, 0.15):
             found = study.kinds(s, amplitude)
@@ -78,7 +80,7 @@ def _kinds(s: float) -> Callable[[Study], Evidence]:
                 sentence += "periodic"
             if there == len(found):
                 break
-        return Evidence(REPRODUCED if best == 4 else PARTLY if best > 1 else NOT, float(best), sentence)
+        return CheckResult(REPRODUCED if best == 4 else PARTLY if best > 1 else NOT, float(best), sentence)
 
     return check
 

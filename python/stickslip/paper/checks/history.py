@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics import sign_changes
-from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, Claim, Evidence
+from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, CheckResult, Claim
 from stickslip.paper.study import Study
 from stickslip.simulation.simulate import simulate
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from stickslip.simulation.orbit import Orbit
 
 
-def _single_cycle(study: Study) -> Evidence:
+def _single_cycle(study: Study) -> CheckResult:
     values = (0.10, 0.20, 0.25, 0.26, 0.30, 0.36, 0.39)
     several, oscillates = [], False
     for s in values:
@@ -29,7 +29,7 @@ def _single_cycle(study: Study) -> Evidence:
             kinds = sorted({motions[i]["regime"].replace("_", " ") for i in np.flatnonzero(other)})
             several.append(f"{s:.2f} ({', '.join(kinds)} from {100 * other.mean():.0f} % of them)")
     if not oscillates:
-        return Evidence(NOT, np.nan, "no limit cycle at all")
+        return CheckResult(NOT, np.nan, "no limit cycle at all")
     alone, starts = len(values) - len(several), len(motions)
     sentence = f"one motion from {starts} starts at {alone} of {len(values)} drive velocities"
     if several:
@@ -39,13 +39,13 @@ def _single_cycle(study: Study) -> Evidence:
             sentence += (
                 f" (stick-slip ends at {later:.4f} from a start in slip, {study.end_of_stick_slip:.4f} from rest)"
             )
-    return Evidence(REPRODUCED if not several else PARTLY if alone else NOT, float(alone), sentence)
+    return CheckResult(REPRODUCED if not several else PARTLY if alone else NOT, float(alone), sentence)
 
 
-def _passage(study: Study) -> Evidence:
+def _passage(study: Study) -> CheckResult:
     end = study.end_of_stick_slip
     if end is None:
-        return Evidence(NOT, np.nan, "no end of stick-slip")
+        return CheckResult(NOT, np.nan, "no end of stick-slip")
     most, cycles, where = 0, 0.0, np.nan
     for off in (0.0001, 0.0002, 0.0005, 0.001, 0.002, 0.005, 0.01):
         s = end + off
@@ -57,12 +57,12 @@ def _passage(study: Study) -> Evidence:
         if releases > most:
             most, cycles, where = releases, _cycles_until_settled(orbit), s
     if most == 0:
-        return Evidence(NOT, np.nan, "no almost-harmonic motion just above the end of stick-slip")
+        return CheckResult(NOT, np.nan, "no almost-harmonic motion just above the end of stick-slip")
     verdict = REPRODUCED if most >= 3 and cycles >= 5 else PARTLY if most >= 2 else NOT
     sentence = (
         f"at s = {where:.4f}: {most} releases, then no more; within 1 % of the limit cycle after {cycles:.1f} cycles"
     )
-    return Evidence(verdict, float(most), sentence)
+    return CheckResult(verdict, float(most), sentence)
 
 
 def _cycles_until_settled(orbit: Orbit) -> float:
@@ -73,7 +73,7 @@ def _cycles_until_settled(orbit: Orbit) -> float:
     return float(away[-1] + 1) / 2 if away.size else 0.0
 
 
-def _first_break_away(study: Study) -> Evidence:
+def _first_break_away(study: Study) -> CheckResult:
     decided, sentences = [], []
     for s in (0.20, 0.30, 0.45):
         system = study.make(s, None)
@@ -86,12 +86,12 @@ def _first_break_away(study: Study) -> Evidence:
         decided.append(first[0] > 1.005 * first[1] and first[1] > system.law.break_away_force(0.0, s) + 1e-9)
         sentences.append(f"{first[0]:.3f} and {first[1]:.3f} at s = {s:.2f}")
     verdict = REPRODUCED if all(decided) else PARTLY if any(decided) else NOT
-    return Evidence(
+    return CheckResult(
         verdict, float(sum(decided)), f"first break-away force from x = −0.6 and 0.4: {', '.join(sentences)}"
     )
 
 
-def _memory(study: Study) -> Evidence:
+def _memory(study: Study) -> CheckResult:
     differs, parted = [], []
     for s in (0.20, 0.30, 0.45):
         system = study.make(s, None)
@@ -100,7 +100,7 @@ def _memory(study: Study) -> Evidence:
             orbit = simulate(system, 8 * system.natural_period, x0=x0)
             release = orbit.events["t"][orbit.events["kind"] == "release"]
             if release.empty:
-                return Evidence(NOT, np.nan, f"no break-away at s = {s:.2f}")
+                return CheckResult(NOT, np.nan, f"no break-away at s = {s:.2f}")
             # The first slip while w grows.
             start = float(release.iloc[0])
             motion = orbit.to_xarray(np.linspace(start, min(start + system.natural_period, orbit.t_end), 2001))
@@ -114,7 +114,7 @@ def _memory(study: Study) -> Evidence:
     verdict = REPRODUCED if all(differs) else PARTLY if any(differs) else NOT
     sentence = "friction at one w in the first slip after two sticks differs by up to "
     sentence += ", ".join(f"{value:.3f} at s = {s:.2f}" for value, s in zip(parted, (0.20, 0.30, 0.45), strict=True))
-    return Evidence(verdict, min(parted), sentence)
+    return CheckResult(verdict, min(parted), sentence)
 
 
 CLAIMS: tuple[Claim, ...] = (

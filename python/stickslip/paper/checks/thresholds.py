@@ -5,75 +5,75 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip.paper import END_OF_OSCILLATION, END_OF_STICK_SLIP
-from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, Claim, Evidence
+from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, CheckResult, Claim
 from stickslip.paper.study import Study
 
 
-def _relaxation(study: Study) -> Evidence:
+def _relaxation(study: Study) -> CheckResult:
     values = (0.05, 0.10, 0.15, 0.20)
     there = [s for s in values if study.motion(s)["regime"] == "stick_slip"]
     verdict = REPRODUCED if len(there) == len(values) else PARTLY if there else NOT
-    return Evidence(
+    return CheckResult(
         verdict, float(len(there)), f"stick-slip at {len(there)} of {len(values)} drive velocities up to 0.20"
     )
 
 
-def _threshold(found: float | None, stated: float, what: str) -> Evidence:
+def _threshold(found: float | None, stated: float, what: str) -> CheckResult:
     if found is None:
-        return Evidence(NOT, np.nan, f"no {what} between s = 0.05 and 0.60")
+        return CheckResult(NOT, np.nan, f"no {what} between s = 0.05 and 0.60")
     off = abs(found - stated)
     verdict = REPRODUCED if off <= 0.005 else PARTLY if off <= 0.03 else NOT
-    return Evidence(verdict, found, f"{what} at s = {found:.4f}")
+    return CheckResult(verdict, found, f"{what} at s = {found:.4f}")
 
 
-def _end_of_stick_slip(study: Study) -> Evidence:
-    evidence = _threshold(study.end_of_stick_slip, END_OF_STICK_SLIP, "end of stick-slip")
+def _end_of_stick_slip(study: Study) -> CheckResult:
+    checked = _threshold(study.end_of_stick_slip, END_OF_STICK_SLIP, "end of stick-slip")
     if study.end_of_stick_slip is None:
-        return evidence
+        return checked
     above = study.motion(study.end_of_stick_slip + 0.005)["regime"].replace("_", " ")
-    verdict = evidence.verdict if above == "almost harmonic" else NOT
-    return Evidence(verdict, evidence.value, f"{evidence.sentence}; {above} 0.005 above it")
+    verdict = checked.verdict if above == "almost harmonic" else NOT
+    return CheckResult(verdict, checked.value, f"{checked.sentence}; {above} 0.005 above it")
 
 
-def _hopf(study: Study) -> Evidence:
+def _hopf(study: Study) -> CheckResult:
     end = study.end_of_oscillation
     if end is None:
-        return Evidence(NOT, np.nan, "no end of the limit cycle")
+        return CheckResult(NOT, np.nan, "no end of the limit cycle")
     far, near = (study.motion(round(end - off, 6))["amplitude"] for off in (0.04, 0.001))
     if not far > 0:
-        return Evidence(NOT, np.nan, "no limit cycle below its end")
+        return CheckResult(NOT, np.nan, "no limit cycle below its end")
     above = study.motions(round(end + 0.005, 6))
     steady = sum(motion["regime"] == "stable_slip" for motion in above)
     sentence = f"amplitude {far:.3f} at 0.04 below the end, {near:.4f} at 0.001; "
     sentence += f"0.005 above it stable slip from {steady} of {len(above)} starts"
     shrinks = near < 0.1 * far
     whole = shrinks and steady == len(above)
-    return Evidence(REPRODUCED if whole else PARTLY if shrinks else NOT, float(near / far), sentence)
+    return CheckResult(REPRODUCED if whole else PARTLY if shrinks else NOT, float(near / far), sentence)
 
 
-def _square_root(study: Study) -> Evidence:
+def _square_root(study: Study) -> CheckResult:
     end = study.end_of_oscillation
     if end is None:
-        return Evidence(NOT, np.nan, "no end of the limit cycle")
+        return CheckResult(NOT, np.nan, "no end of the limit cycle")
     distances = np.array([0.04, 0.02, 0.01])
     amplitude = np.array([study.motion(round(end - float(off), 6))["amplitude"] for off in distances])
     if (amplitude <= 0).any():
-        return Evidence(NOT, np.nan, "no limit cycle below its end")
+        return CheckResult(NOT, np.nan, "no limit cycle below its end")
     exponent = float(np.polyfit(np.log(distances), np.log(amplitude), 1)[0])
     sentence = (
         f"amplitude {amplitude[0]:.3f}, {amplitude[1]:.3f}, {amplitude[2]:.3f} at 0.04, 0.02, 0.01 below the end: "
     )
     sentence += f"grows as the distance to the power {exponent:.2f}"
     verdict = REPRODUCED if abs(exponent - 0.5) < 0.15 else PARTLY if exponent > 0.2 else NOT
-    return Evidence(verdict, exponent, sentence)
+    return CheckResult(verdict, exponent, sentence)
 
 
-def _steady_slip(study: Study) -> Evidence:
+def _steady_slip(study: Study) -> CheckResult:
     values = [round(0.41 + 0.03 * i, 2) for i in range(14)]
     there = [s for s in values if study.motion(s)["regime"] == "stable_slip"]
     verdict = REPRODUCED if there == values else PARTLY if there else NOT
     sentence = f"stable slip at {len(there)} of {len(values)} drive velocities from 0.41 to 0.80"
-    return Evidence(verdict, len(there) / len(values), sentence)
+    return CheckResult(verdict, len(there) / len(values), sentence)
 
 
 CLAIMS: tuple[Claim, ...] = (

@@ -52,7 +52,7 @@ class BreakAways:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class GuessData:
     """What a first guess may look at.
 
     Attributes
@@ -76,8 +76,8 @@ class Evidence:
     start: Law | None = None
     parts: tuple[type[Law], ...] = ()
 
-    def toward(self, sense: float) -> Evidence:
-        """The evidence of one direction; the fits of static friction are of both."""
+    def toward(self, sense: float) -> GuessData:
+        """The data of one direction; the fits of static friction are of both."""
         return replace(self, rows=self.rows[self.rows["sense"] == sense], static=None, sense=sense)
 
     @property
@@ -137,13 +137,13 @@ class Guess:
     starts: list[Law] = field(default_factory=list)
 
 
-def need_rows(evidence: Evidence, kind: str, fewest: int) -> None:
+def need_rows(data: GuessData, kind: str, fewest: int) -> None:
     """Refuse records with fewer break-aways than the law needs."""
-    if len(evidence.rows) < fewest:
-        got = f"only {len(evidence.rows)}" if len(evidence.rows) else "none"
+    if len(data.rows) < fewest:
+        got = f"only {len(data.rows)}" if len(data.rows) else "none"
         raise InputError(
             f"identify: {kind} needs at least {fewest} break-aways with a known stick time, the records hold {got}: take "
-            f"a record in which the mass sticks (a lower drive velocity), or ask for Coulomb{_unseen(evidence.records)}"
+            f"a record in which the mass sticks (a lower drive velocity), or ask for Coulomb{_unseen(data.records)}"
         )
 
 
