@@ -84,7 +84,7 @@ def test_a_damaged_image_is_told_and_the_others_kept(tmp_path):
 def test_a_film_is_never_written_over_and_places_are_tried_before_the_work(tmp_path, good, monkeypatch):
     whole = good.read_bytes()
     photos = pictures(tmp_path / "photos")
-    monkeypatch.setattr("stickslip.tracking.follow._track_film", lambda *_: pytest.fail("the work was begun"))
+    monkeypatch.setattr("stickslip.tracking.film_tracking._track_film", lambda *_: pytest.fail("the work was begun"))
     refused("good.avi: this is the film itself", lambda: track(good, output=tmp_path / "." / "good.avi"))
     refused("photos: this is the film itself", lambda: track(photos, check=photos, frame_rate=1.0))
     refused("photos: exists and holds other things", lambda: track(good, check=photos))

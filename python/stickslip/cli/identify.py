@@ -212,8 +212,8 @@ def _fit_law(
     from stickslip.identification import identify
 
     held, within = dict(map(_assignment, fixed)), dict(map(_bounds, bounds))
-    follow = None if ties is None else dict(map(_tie, ties))
-    return identify(files, law=law, free=free, fixed=held, pieces=pieces, offset=offset, bounds=within, ties=follow)
+    tied = None if ties is None else dict(map(_tie, ties))
+    return identify(files, law=law, free=free, fixed=held, pieces=pieces, offset=offset, bounds=within, ties=tied)
 
 
 def _refine(

@@ -150,7 +150,7 @@ def _field(sources: list[Any], options: argparse.Namespace, given: dict[str, Any
 
 
 def _track_one(source: str | list[Path], options: argparse.Namespace, given: dict[str, Any], command: str) -> None:
-    from stickslip.tracking.follow import track
+    from stickslip.tracking.film_tracking import track
 
     with Bar() as bar:
         motion = track(

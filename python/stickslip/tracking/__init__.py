@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from stickslip.tracking.bodies import rigid_body
     from stickslip.tracking.check_film import draw_tracks, tracks_over_film, write_check_film
     from stickslip.tracking.field import displacement_field, field_figure, field_plot
-    from stickslip.tracking.follow import track
+    from stickslip.tracking.film_tracking import track
     from stickslip.tracking.scale.calibration import Calibration, Lens, read_calibration
     from stickslip.tracking.scale.scale_check import FreeFall, free_fall
     from stickslip.tracking.setup import Setup
@@ -35,7 +35,7 @@ _HOME = {
     "read_calibration": "scale.calibration",
     "read_osp": "video.osp",
     "rigid_body": "bodies",
-    "track": "follow",
+    "track": "film_tracking",
     "track_films": "batch",
     "tracks_over_film": "check_film",
     "write_check_film": "check_film",

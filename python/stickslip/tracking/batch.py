@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import InputError
 from stickslip.files.netcdf import tree_of
-from stickslip.tracking.follow import track
+from stickslip.tracking.film_tracking import track
 from stickslip.tracking.setup import Setup
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """What makes a track doubtful, in sentences: leaps, a size that grows, other spots as clear.
 
 Of meetings with an equal marker `positions/meetings.py` tells, of scatter and ground `positions/standard_errors.py`, of
-missing pictures `follow.py`, which gathers all of them.
+missing pictures `film_tracking.py`, which gathers all of them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ TEXTURE = 1.1
 """Below this the marker is one of many equal spots."""
 
 
-def remarks(mass: int, x: Array, y: Array, size: Array) -> list[str]:
+def notes_on_track(mass: int, x: Array, y: Array, size: Array) -> list[str]:
     """Sentences on the leaps of a track and the changes of its size; places in px, NaN where it was not seen."""
     found = []
     seen = np.flatnonzero(np.isfinite(x) & np.isfinite(y))

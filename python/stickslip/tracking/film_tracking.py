@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.files.disk import check_writable
 from stickslip.tracking.bodies import rigid_body
-from stickslip.tracking.doubts import describe, remarks, unclear
+from stickslip.tracking.doubts import describe, notes_on_track, unclear
 from stickslip.tracking.finding.blobs import ALIKE
 from stickslip.tracking.finding.detections import Array, Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
@@ -148,24 +148,24 @@ class _Seen:
 def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progress | None) -> xr.Dataset:
     film = setup.film(source)
     seen, tracks = _followed(film, setup, progress)
-    doubts = unclear(film.name, setup, seen.pictures, seen.whole, tracks)
-    if (size := _doubted_size(setup, seen, tracks, bool(doubts))) is not None:
+    notes = unclear(film.name, setup, seen.pictures, seen.whole, tracks)
+    if (size := _doubted_size(setup, seen, tracks, bool(notes))) is not None:
         try:
             seen, tracks = _followed(film, replace(setup, size=size), progress)
-            doubts = [
+            notes = [
                 *unclear(film.name, setup, seen.pictures, seen.whole, tracks),
                 f"The markers are about {size:.3g} px wide where they were seen first: they were looked for again as such, "
                 "as other spots may be taken for them; give size if that is wrong.",
             ]
         except InputError:  # nothing of one size goes through the film
             pass
-    doubts += [
+    notes += [
         f"At ({still.x:.0f}, {still.y:.0f}) px rests a spot that looks like a {describe(setup)} too; mass {mass} is the one "
         "that moves: give start or region if that is wrong."
         for mass, track in enumerate(tracks)
         for still in track.at_rest
     ]
-    return _motion(film, setup, seen, tracks, doubts)
+    return _motion(film, setup, seen, tracks, notes)
 
 
 def _followed(film: Film, setup: Setup, progress: Progress | None) -> tuple[_Seen, list[Track]]:
@@ -277,7 +277,7 @@ def _whole(find: Callable[[Picture], Detections]) -> Finder:
     return lambda pictures: ((nothing if picture is None else find(picture), True) for picture in pictures)
 
 
-def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: list[str]) -> xr.Dataset:
+def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], notes: list[str]) -> xr.Dataset:
     shape = len(seen.times), len(tracks)
     x, y, x_error, y_error, size, size_error, contrast = (np.full(shape, np.nan) for _ in range(7))
     lost = np.full(shape, "", dtype=object)
@@ -300,21 +300,21 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
         if setup.finder == "blob":
             _hide(lost[:, mass], x[:, mass], y[:, mass], size[:, mass])
     if setup.finder == "blob":
-        doubts += separate(x, y, size, contrast, [x_error, y_error, size_error], lost, times)
+        notes += separate(x, y, size, contrast, [x_error, y_error, size_error], lost, times)
     for mass in range(shape[1]):
         if setup.finder == "blob":
-            doubts += errors_from_surroundings(
+            notes += errors_from_surroundings(
                 *(mass, seen.kept.pictures, seen.corner, x[:, mass], y[:, mass], size[:, mass], size_error[:, mass]),
                 film.copied,
                 *(x_error[:, mass], y_error[:, mass]),
             )
-        doubts += remarks(mass, x[:, mass], y[:, mass], size[:, mass])
+        notes += notes_on_track(mass, x[:, mass], y[:, mass], size[:, mass])
     if setup.reference:  # before the scatter is judged, which is the camera's until then
-        doubts.append(without_shake(setup.reference, x, y, x_error, y_error, lost))
+        notes.append(without_shake(setup.reference, x, y, x_error, y_error, lost))
     for mass in range(shape[1]):
         if mass not in (setup.reference or ()):
             axes = (x[:, mass], x_error[:, mass]), (y[:, mass], y_error[:, mass])
-            doubts += errors_from_scatter(mass, times, film.copied, *axes)
+            notes += errors_from_scatter(mass, times, film.copied, *axes)
     calibration = PIXELS
     if setup.calibration is not None:
         calibration = read_calibration(
@@ -327,13 +327,13 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], doubts: 
         diameter=size if setup.finder == "blob" else None,
     )
     if setup.exposure or setup.line_time:
-        doubts.append(without_shutter(motion, setup.exposure or 0.0, setup.line_time or 0.0))
+        notes.append(without_shutter(motion, setup.exposure or 0.0, setup.line_time or 0.0))
     if setup.names is not None:
         motion = motion.assign_coords(name=("mass", list(setup.names)))
     if setup.reference:
         kept = [mass for mass in range(setup.count) if mass not in setup.reference]
         motion, size = motion.isel(mass=kept).assign_coords(mass=np.arange(len(kept))), size[:, kept]
-    motion.attrs["notes"] = [*film.notes, *calibration.notes, *_remarks(motion, calibration, size), *doubts]
+    motion.attrs["notes"] = [*film.notes, *calibration.notes, *_notes_on_gaps(motion, calibration, size), *notes]
     if setup.bodies:
         motion = _bodies(motion, setup)
     motion.attrs["setup"] = setup.to_toml()
@@ -390,9 +390,9 @@ def _leaning(motion: xr.Dataset, reason: str, calibration: Calibration, size: Ar
     return f"{along} is known to ± {off:.2g} {calibration.unit} only" if off > 2 * noise else ""
 
 
-def _remarks(motion: xr.Dataset, calibration: Calibration, size: Array) -> list[str]:
-    """What a reader of the motion should know, a sentence each."""
-    remarks = []
+def _notes_on_gaps(motion: xr.Dataset, calibration: Calibration, size: Array) -> list[str]:
+    """Sentences on missing pictures and uneven times."""
+    notes = []
     for mass in range(motion.sizes["mass"]):
         reasons = motion["lost"].to_numpy()[:, mass]
         counts = {str(reason): int((reasons == reason).sum()) for reason in dict.fromkeys(reasons) if reason}
@@ -400,13 +400,13 @@ def _remarks(motion: xr.Dataset, calibration: Calibration, size: Array) -> list[
         for reason, count in cut.items():
             given = f"Mass {mass} has no {reason.removesuffix(CUT)} in {count} of {len(reasons)} pictures{CUT}"
             off = _leaning(motion.isel(mass=mass), reason, calibration, size[:, mass])
-            remarks.append(given + (f"; the axis leans, so {off}." if off else "."))
+            notes.append(given + (f"; the axis leans, so {off}." if off else "."))
         if counts:
             given = ", ".join(f"{count} {reason}" for reason, count in counts.items())
-            remarks.append(f"Mass {mass} is missing in {sum(counts.values())} of {len(reasons)} pictures ({given}).")
+            notes.append(f"Mass {mass} is missing in {sum(counts.values())} of {len(reasons)} pictures ({given}).")
     steps = np.diff(motion["time"].to_numpy())
     if steps.size and np.ptp(steps) > 0.02 * np.median(steps):
-        remarks.append(
+        notes.append(
             f"The pictures are not evenly spaced: {1e3 * steps.min():.4g} to {1e3 * steps.max():.4g} ms apart."
         )
-    return remarks
+    return notes
