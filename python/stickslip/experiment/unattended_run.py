@@ -1,4 +1,7 @@
-"""The unattended run of an experiment: its records in parallel, each failure one line, and what was finished is kept."""
+"""The unattended run of an experiment: its records in parallel, each failure one line, and what was finished is kept.
+
+What is done with one record is `measured_record` in `record_results.py`; here is when, in which process, and what is kept.
+"""
 
 from __future__ import annotations
 

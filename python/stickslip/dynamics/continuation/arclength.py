@@ -1,6 +1,8 @@
 """Curves of periodic orbits and of their boundaries: pseudo-arclength on the return map held to one event sequence.
 
-The length of the steps along any curve is kept by `StepSize` and `follow`; when a step is too long is said by the curve.
+The curves are branches over one parameter (`walk.py`) and loci of their special points over two (`loci.py`). `trace` goes
+along these and along branches of laws with an internal state (`state_branches.py`), with steps of the length that `StepSize`
+keeps; each curve says when a step is too long.
 """
 
 from __future__ import annotations
@@ -254,7 +256,7 @@ class StepSize:
         self.now = length / _GROWTH
 
 
-def follow(advance: Callable[[Curve, float], Curve], point: Curve, step: StepSize, more: Callable[[], bool]) -> str:
+def trace(advance: Callable[[Curve, float], Curve], point: Curve, step: StepSize, more: Callable[[], bool]) -> str:
     """Go from point to point of a curve, and say why it ends.
 
     Parameters

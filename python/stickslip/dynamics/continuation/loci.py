@@ -17,9 +17,9 @@ from stickslip.dynamics.continuation.arclength import (
     ShorterStep,
     StepSize,
     corrected,
-    follow,
     labels,
     stepped,
+    trace,
     turns,
 )
 from stickslip.dynamics.continuation.branch import SpecialPoint, extremes, first_of
@@ -301,7 +301,7 @@ def _half(
         rows.append(_row(ahead))
         return ahead
 
-    if follow(advance, point, StepSize(_FIRST, _SMALLEST, _LARGEST), more) == "lost" and ended is not None:
+    if trace(advance, point, StepSize(_FIRST, _SMALLEST, _LARGEST), more) == "lost" and ended is not None:
         found += _last(*ended, family, kind)
 
 
@@ -454,4 +454,4 @@ def _hopf_half(
         return ahead
 
     add(values)
-    follow(advance, (values, way), StepSize(_FIRST, _SMALLEST, _LARGEST), lambda: len(rows) < most)
+    trace(advance, (values, way), StepSize(_FIRST, _SMALLEST, _LARGEST), lambda: len(rows) < most)

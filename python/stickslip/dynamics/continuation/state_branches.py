@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.continuation.arclength import CurveEnd, ShorterStep, StepSize, follow, turns
+from stickslip.dynamics.continuation.arclength import CurveEnd, ShorterStep, StepSize, trace, turns
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_ways_of, range_of
 from stickslip.dynamics.continuation.conditions import TESTS, zeros
 from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
@@ -84,7 +84,7 @@ class StateWalk:
 
         with branch.kept():
             branch.add(point.cycle, point.value)
-            reason = follow(partial(self._next, branch), point, StepSize(_FIRST, _SMALLEST, _LARGEST), more)
+            reason = trace(partial(self._next, branch), point, StepSize(_FIRST, _SMALLEST, _LARGEST), more)
             branch.ends = ("", reason or branch.cut)
         return branch
 

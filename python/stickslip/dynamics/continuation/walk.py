@@ -1,4 +1,8 @@
-"""One way along a branch of cycles: steps, special points in between, boundaries, its end."""
+"""One way along a branch of cycles: steps, special points in between, boundaries, its end.
+
+Both ways from an orbit are put together in `branches.py`, a branch that leaves another begins in `branch_switching.py`, and
+those of critical velocities in `critical/branch_search.py`.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +25,8 @@ from stickslip.dynamics.continuation.arclength import (
     axis,
     consistent,
     corrected,
-    follow,
     stepped,
+    trace,
     turns,
 )
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of, same_motion
@@ -94,7 +98,7 @@ class Walk:
         self._add(point)
         self._largest = self._size()
         self._step = StepSize(_FIRST, _SMALLEST, _LARGEST)
-        return follow(self._next, point, self._step, self._more) or self.branch.cut
+        return trace(self._next, point, self._step, self._more) or self.branch.cut
 
     def _more(self) -> bool:
         """Whether another point is looked for."""

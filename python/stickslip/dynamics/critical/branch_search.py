@@ -37,7 +37,7 @@ def branches_of(
     family = Family((PATH,), (bounds,), relative=True)
     branches: list[Branch] = []
 
-    def follow(speed: float, start: str, look: EndOfRun) -> None:
+    def add_branch(speed: float, start: str, look: EndOfRun) -> None:
         guess: Any = None if start == "rest" else look.end
         if start == "beside":
             guess = disturbed(system, speed, 0.1 * speed)
@@ -58,7 +58,7 @@ def branches_of(
                 and not _decays(system, speed, look)
                 and not any(_passes(branch, speed, look) for branch in branches)
             ):
-                follow(speed, sweep.start, look)
+                add_branch(speed, sweep.start, look)
     for _, value in steady:
         monitor("cycles", done, count)
         done += 1

@@ -1,4 +1,7 @@
-"""Whether runs on both sides of a drive velocity show that the motion changes there, and whether one ends there."""
+"""Whether runs on both sides of a drive velocity show that the motion changes there, and whether one ends there.
+
+`_confirm` in `critical_velocities.py` asks this of each candidate, `speed_sweep.py` of each change of sticking.
+"""
 
 from __future__ import annotations
 
