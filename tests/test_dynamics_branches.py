@@ -245,7 +245,7 @@ def test_a_limit_of_time_keeps_what_is_found(forced_slider, monkeypatch):
 
 
 def test_continue_keeps_and_says_what_it_has_found_by_its_limits(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("stickslip.files.notebook.BETWEEN_LINES", 0.0)
+    monkeypatch.setattr("stickslip.files.progress.BETWEEN_LINES", 0.0)
     system, output = tmp_path / "system.toml", tmp_path / "branches.nc"
     system.write_text(SLIDER.to_toml())
     asked = ["continue", str(system), "--over", "forcing.amplitude=0.19:0.23", "--most", "4", "-o", str(output)]

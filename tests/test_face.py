@@ -13,7 +13,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.cli.main import _parser, main
-from stickslip.files.notebook import waiting
+from stickslip.files.progress import waiting
 from stickslip.files.units import rounded
 from stickslip.identification import compare_laws, friction_of_orbit
 from stickslip.report.identification import page_of_table

@@ -30,7 +30,7 @@ from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Lo
 from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.checks import fits
 from stickslip.files.disk import draft_of
-from stickslip.files.notebook import waiting
+from stickslip.files.progress import waiting
 from stickslip.model.parameters import is_dimensionless
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.time_limit import TimeLimit

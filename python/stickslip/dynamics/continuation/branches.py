@@ -35,7 +35,7 @@ from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle
 from stickslip.errors import InputError, Interrupted, UnfinishedWarning
 from stickslip.files.checks import number, whole_number
-from stickslip.files.notebook import waiting
+from stickslip.files.progress import waiting
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 

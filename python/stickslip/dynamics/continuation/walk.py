@@ -40,7 +40,7 @@ from stickslip.dynamics.periodic.event_sequence import Floats
 from stickslip.dynamics.periodic.newton import Lost
 from stickslip.dynamics.periodic.poincare_map import Return, size_of
 from stickslip.errors import InputError
-from stickslip.files.notebook import waiting
+from stickslip.files.progress import waiting
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 #: Steps along a curve, in sizes of the motion and of the ranges.

@@ -14,7 +14,8 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.files.equality import ByContent
-from stickslip.files.notebook import OfTable, waiting_by_stage
+from stickslip.files.notebook import OfTable
+from stickslip.files.progress import waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import half_width
 from stickslip.identification.fit_options import Options

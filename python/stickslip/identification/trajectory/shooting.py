@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.checks import number
-from stickslip.files.notebook import waiting_by_stage
+from stickslip.files.progress import waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import Inseparable
 from stickslip.identification.law_fit_notes import notes_on_uncertain_numbers
