@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.measurement.disturbances.mains import without_mains
 from stickslip.measurement.disturbances.zero_jump import ZeroJump, zero_jumps
-from stickslip.measurement.indirect.consistency import check_sampling, without_mains
+from stickslip.measurement.indirect.consistency import check_sampling
 from stickslip.measurement.read import Record
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level

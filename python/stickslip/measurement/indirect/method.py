@@ -28,11 +28,10 @@ from stickslip.measurement.indirect.consistency import (
     notes_on_inertia,
     notes_on_overtaking,
     notes_on_stated_noise,
-    part_at_one_speed,
-    part_while_driven,
 )
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.draft_fit import fit_draft
+from stickslip.measurement.indirect.drive_changes import part_at_one_speed, part_while_driven
 from stickslip.measurement.indirect.extension import extension_of
 from stickslip.measurement.indirect.force import Friction
 from stickslip.measurement.indirect.recalibration import (
