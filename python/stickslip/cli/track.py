@@ -103,7 +103,8 @@ def _choose(sources: list[Any], options: argparse.Namespace) -> None:
 
 
 def _field(sources: list[Any], options: argparse.Namespace, given: dict[str, Any], command: str) -> None:
-    from stickslip.tracking.field import displacement_field, field_figure
+    from stickslip.show.field import field_figure
+    from stickslip.tracking.field import displacement_field
 
     other = [f"--{name.replace('_', '-')}" for name in ("check", "free_fall", "again") if getattr(options, name)]
     if len(sources) > 1 or other:

@@ -23,13 +23,13 @@ from stickslip.show.canvas import (
 )
 from stickslip.show.diagram import orbit_diagram_plot
 from stickslip.show.law import break_away_plot, law_plot
-from stickslip.show.loop import BRANCH_COLOURS, friction_loop
 from stickslip.show.maps import basins_plot, regime_map_plot
 from stickslip.show.motion import motion_figure, motion_phase, motion_plot, spectra_plot
-from stickslip.show.phase import phase_plane
+from stickslip.show.orbits.loop import BRANCH_COLOURS, friction_loop
+from stickslip.show.orbits.phase import phase_plane
+from stickslip.show.orbits.section import return_map_plot, section_plot
+from stickslip.show.orbits.series import time_series
 from stickslip.show.record import friction_record
-from stickslip.show.section import return_map_plot, section_plot
-from stickslip.show.series import time_series
 from stickslip.show.stability import lyapunov_plot, manifold_plot, multipliers_plot
 
 __all__ = [

@@ -6,10 +6,11 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stickslip.show.field import field_figure, field_plot
     from stickslip.tracking.batch import track_films
     from stickslip.tracking.bodies import rigid_body
     from stickslip.tracking.check_film import draw_tracks, tracks_over_film, write_check_film
-    from stickslip.tracking.field import displacement_field, field_figure, field_plot
+    from stickslip.tracking.field import displacement_field
     from stickslip.tracking.film_tracking import track
     from stickslip.tracking.scale.calibration import Calibration, Lens, read_calibration
     from stickslip.tracking.scale.scale_check import FreeFall, free_fall
@@ -28,8 +29,8 @@ _HOME = {
     "Setup": "setup",
     "displacement_field": "field",
     "draw_tracks": "check_film",
-    "field_figure": "field",
-    "field_plot": "field",
+    "field_figure": ".show.field",
+    "field_plot": ".show.field",
     "film": "synthetic",
     "free_fall": "scale.scale_check",
     "read_calibration": "scale.calibration",
@@ -67,6 +68,6 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'stickslip.tracking' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"stickslip.tracking.{_HOME[name]}"), name)
+    value = getattr(importlib.import_module(f".{_HOME[name]}", "stickslip.tracking"), name)
     globals()[name] = value
     return value

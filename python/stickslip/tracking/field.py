@@ -22,7 +22,6 @@ from stickslip.tracking.video.vision import vision
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 KEYS = ("region", "size", "channel", "frame_rate", "times", "raw")
 """What a setup may hold for a field."""
@@ -35,9 +34,6 @@ LEAST_SIDE = 9
 
 EDGE = 3
 """Px from the edge of the picture to the nearest piece, which may move so far before a part of it is gone."""
-
-ERRORS = 8.0
-"""Standard errors that the colours of a picture go to at least."""
 
 NAMES = {
     "u": ("px", "displacement to the right"),
@@ -259,66 +255,3 @@ def _notes(pieces: list[Subset], table: Array) -> list[str]:
     if gone > 0:
         found.append(f"{gone} of {(len(pieces) - plain) * len(table)} places were not found and are empty.")
     return found
-
-
-def field_plot(field: xr.Dataset, variable: str = "u", ax: Axes | None = None, *, picture: int = -1) -> Axes:
-    """Draw one quantity of a field over the grid, as in the picture: y runs downwards.
-
-    Parameters
-    ----------
-    field : from :func:`displacement_field`.
-    variable : ``"u"``, ``"v"``, ``"exx"``, ``"eyy"``, ``"exy"``, ``"rotation"`` or ``"residual"``.
-    ax : where to draw; default a new figure.
-    picture : its number; default the last.
-
-    Returns
-    -------
-    The axes, with a colour bar; what was not found is left white.
-    """
-    from stickslip.show.canvas import new_axes, styled
-
-    if variable not in (*NAMES, "residual"):
-        raise InputError(f"a field holds {', '.join((*NAMES, 'residual'))}, got {variable!r}; choose one of these")
-    values = field[variable].isel(time=picture)
-    across, down = _sides(field)
-    if ax is None:
-        (ax,) = new_axes(figsize=(5.0, max(5.0 * down / across, 1.0) + 0.8))
-    limits: dict[str, Any] = {"cmap": "cividis", "vmin": 0.0}
-    if variable != "residual":  # of two signs, white at zero; and errors alone must not look like a field
-        known = values.to_numpy()[np.isfinite(values)]
-        errors = field[f"{variable}_error"].isel(time=picture).to_numpy()[np.isfinite(values)]
-        most = max(float(np.abs(known).max()), ERRORS * float(np.median(errors))) if known.size else 1.0
-        limits = {"cmap": "RdBu_r", "vmin": -most, "vmax": most}
-    mesh = ax.pcolormesh(field["x"], field["y"], values, shading="nearest", rasterized=True, **limits)
-    words, unit = str(values.attrs["long_name"]), values.attrs["units"]
-    quantity = (words if variable in words else f"{words}, {variable}") + ("" if unit == "1" else f" ({unit})")
-    with styled():
-        ax.figure.colorbar(mesh, ax=ax)
-    ax.set(xlabel="x (px)", ylabel="y (px)", aspect="equal")
-    ax.set_title(f"{quantity} at {float(values['time']):.4g} s", fontsize=8)
-    if not ax.yaxis_inverted():
-        ax.invert_yaxis()
-    return ax
-
-
-def field_figure(field: xr.Dataset, picture: int = -1) -> Any:
-    """Displacements, strains, rotation and residual of one picture, one beside the other."""
-    from stickslip.show.canvas import new_axes
-
-    across, down = _sides(field)
-    names = ("u", "v", "rotation", "residual", "exx", "eyy", "exy")
-    rows, columns = (4, 2) if down < 0.5 * across else (2, 4)
-    wide = 4.2 if columns == 2 else 3.2
-    axes = new_axes(rows, columns, figsize=(wide * columns, rows * (0.7 * wide * down / across + 0.7)))
-    for name, ax in zip(names, axes, strict=False):
-        field_plot(field, name, ax, picture=picture)
-    for ax in axes[: len(names) - columns]:  # the panel below has the same axis
-        ax.set_xlabel("")
-    axes[-1].set_axis_off()
-    return axes[0].get_figure(root=True)
-
-
-def _sides(field: xr.Dataset) -> tuple[float, float]:
-    """Px across and down that the points of the grid stand for."""
-    across, down = (float(np.ptp(field[name].to_numpy())) + float(field.attrs["spacing"]) for name in "xy")
-    return across, down

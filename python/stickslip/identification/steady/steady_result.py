@@ -240,6 +240,6 @@ class SteadyFriction(Result):
         Without `ax` a second panel shows low speeds, where friction falls, with medians of the points in bins of speed.
         Curves that lie on the chosen one are not drawn.
         """
-        from stickslip.identification.steady.steady_plot import plot_steady
+        from stickslip.show.steady import plot_steady
 
         return plot_steady(self, ax)

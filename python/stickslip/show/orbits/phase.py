@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.show.canvas import ABOVE, LINES, MASS_COLOURS, MODE_COLOURS, OKABE_ITO, axes, label, units_of
-from stickslip.show.series import changes, columns
+from stickslip.show.orbits.series import changes, columns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.identification.steady.curves import BLOCKS
 from stickslip.show.canvas import ABOVE, OKABE_ITO, in_units, new_axes
 
 if TYPE_CHECKING:
@@ -16,6 +15,8 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
+FEWEST_SLOW = 8
+"""Fewest rows at low speeds that have a panel of their own."""
 VISIBLE_APART = 0.01
 """Curves within this part of the range of forces of the chosen one are not drawn beside it."""
 
@@ -43,7 +44,7 @@ def _low_speeds(found: SteadyFriction) -> float:
     speed = found.rows["slip_velocity"].abs().to_numpy()
     fall = found.parameters["value"].get("scale")
     reach = 0.1 * float(speed.max()) if fall is None else 4 * float(fall)
-    return reach if reach < 0.5 * speed.max() and np.count_nonzero(speed < reach) >= BLOCKS else 0.0
+    return reach if reach < 0.5 * speed.max() and np.count_nonzero(speed < reach) >= FEWEST_SLOW else 0.0
 
 
 def _draw(found: SteadyFriction, axes: Any, most: float) -> None:
