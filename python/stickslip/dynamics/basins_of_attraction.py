@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip.dynamics.regime_maps import map_plan
 from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.tasks import Plan, Progress, compute
 from stickslip.errors import InputError
+from stickslip.files.arrays import AnyArray
 from stickslip.files.checks import number
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.attractor import ATTRACTOR, alike
@@ -21,7 +22,6 @@ from stickslip.simulation.attractor import ATTRACTOR, alike
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[Any]
 
 #: More motions than this are a continuum, as without damping: starts beyond them get no label.
 MOST = 1000
@@ -110,7 +110,7 @@ def basins(
     return compute(plan, store=store, workers=workers, cluster=cluster, progress=progress, max_seconds=max_seconds)
 
 
-def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tuple[tuple[str, ...], Array]]:
+def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tuple[tuple[str, ...], AnyArray]]:
     """The labels of all starts and the table of attractors, chunk by chunk in their order."""
     found: dict[str, list[Any]] = {name: [] for name in (*ATTRACTOR, "recurrence")}
     label = np.full(tuple(plan.sizes[dim] for dim in plan.chunks), -1, np.int16)

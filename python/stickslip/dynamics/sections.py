@@ -6,11 +6,12 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.dynamics.surface import Surface, surface_from
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number, numbers, time_limit, whole_number
 from stickslip.model.drive import Drive
 from stickslip.model.parameters import is_dimensionless
@@ -20,8 +21,6 @@ from stickslip.simulation.simulate import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.float64]
 
 
 def section(

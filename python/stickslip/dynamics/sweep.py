@@ -8,12 +8,13 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.dynamics.sections import contact_of
 from stickslip.dynamics.surface import Surface, forcing_frequency, surface_from, usual_surface
 from stickslip.errors import InputError
+from stickslip.files.arrays import AnyArray
 from stickslip.files.checks import number
 from stickslip.model.parameters import varied
 from stickslip.model.system import Oscillator, System, system_from_dict
@@ -22,8 +23,6 @@ from stickslip.simulation.regimes import PARTS
 from stickslip.simulation.simulate import simulate
 from stickslip.simulation.state_orbit import StateLayout
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
-
-Array = NDArray[Any]
 
 #: What a row says, with its unit where it has one and its type.
 MEANINGS = {
@@ -112,7 +111,7 @@ class Chunk:
 
     document: str
     paths: tuple[str, ...]
-    values: Array
+    values: AnyArray
     look: Look
     chain: bool = False
     backwards: bool = False
@@ -120,7 +119,7 @@ class Chunk:
     before: tuple[list[float], int, float] | None = None
     limit: TimeLimit = NO_LIMIT
 
-    def compute(self) -> dict[str, Array]:
+    def compute(self) -> dict[str, AnyArray]:
         """The columns named in `MEANINGS`, the ends, turning points and section points, a row for each run."""
         values = self.values[::-1] if self.backwards else self.values
         document = json.loads(self.document)
@@ -152,7 +151,7 @@ class Chunk:
             columns |= {name: columns[name][:, 0] for name in ("x_end", "v_end")}
         return {name: column[::-1] for name, column in columns.items()} if self.backwards else columns
 
-    def _tell(self, document: dict[str, Any], values: Array, columns: dict[str, Array]) -> None:
+    def _tell(self, document: dict[str, Any], values: AnyArray, columns: dict[str, AnyArray]) -> None:
         """How the motions come back; where one does not repeat, from two runs that begin beside each other where it ended."""
         look = self.look
         whole = float(look.transient + look.window).is_integer()
@@ -165,7 +164,7 @@ class Chunk:
         words = recurrence(columns["regime"], columns["period"], columns["parting"], look.decide)
         columns["recurrence"] = np.where(changes & (words == "not_repeating"), "undecided", words)
 
-    def _integrated(self, document: dict[str, Any], values: Array) -> dict[str, Array]:
+    def _integrated(self, document: dict[str, Any], values: AnyArray) -> dict[str, AnyArray]:
         """Runs under laws with an internal state, one by one from their whole orbits."""
         rows, start = [], self.start
         # The state of one law says nothing under another.
@@ -183,7 +182,7 @@ class Chunk:
             start = ends if ended else None if self.chain else start
         return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
 
-    def _one(self, system: Oscillator | System, starts: dict[str, Any]) -> dict[str, Array]:
+    def _one(self, system: Oscillator | System, starts: dict[str, Any]) -> dict[str, AnyArray]:
         look, span = self.look, period_of(system)
         surface = json.dumps((look.surface or usual_surface(system)).to_dict())
         periods = look.transient + look.window
@@ -207,7 +206,7 @@ class Chunk:
             periods += look.decide
 
 
-def columns_of(table: dict[str, Any]) -> dict[str, Array]:
+def columns_of(table: dict[str, Any]) -> dict[str, AnyArray]:
     """The columns of runs from the table of the core."""
     columns = table | {
         **{name: table[name].astype(np.int64) for name in COUNTS},
@@ -221,7 +220,7 @@ def columns_of(table: dict[str, Any]) -> dict[str, Array]:
 
 
 def parting(
-    system: Oscillator | System, x: Array, v: Array, look: Look, max_seconds: float | None
+    system: Oscillator | System, x: AnyArray, v: AnyArray, look: Look, max_seconds: float | None
 ) -> tuple[float, bool]:
     """The factor by which the distance of two starts grows in `decide` periods, and whether the motion still changes.
 
@@ -252,7 +251,7 @@ def parting(
     return float(np.abs(runs[1] - runs[0])[len(times) // 2 :].max() / beside), settles
 
 
-def still_changes(points: Array) -> bool:
+def still_changes(points: AnyArray) -> bool:
     """Whether points of a section, shape (n,), come nearer to repeating all the time, as on the way to a periodic motion.
 
     Of the distances of each point from that some points later, where these are least: on a torus they stay as they are. Of
@@ -265,7 +264,7 @@ def still_changes(points: Array) -> bool:
     if len(points) < 64:
         return False
 
-    def apart(lag: int) -> Array:
+    def apart(lag: int) -> AnyArray:
         return np.asarray(np.abs(points[lag:] - points[:-lag]))
 
     half = len(points) // 2
@@ -320,7 +319,7 @@ def period_of(system: Oscillator | System) -> float:
     return system.natural_period if frequency is None else 2 * np.pi / frequency
 
 
-def recurrence(regime: Array, period: Array, parting: Array, decide: int) -> Array:
+def recurrence(regime: AnyArray, period: AnyArray, parting: AnyArray, decide: int) -> AnyArray:
     """How motions come back, in a word; the criteria stand in :data:`stickslip.simulation.regimes.RECURRENCE`.
 
     >>> recurrence(np.array(["stick_slip"] * 4), np.array([2, 0, 0, 0]), np.array([np.nan, 1e8, 300.0, 3.0]), 500).tolist()

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, Start
 from stickslip.errors import InputError, UnfinishedWarning
+from stickslip.files.arrays import AnyArray
 from stickslip.files.checks import fits
 from stickslip.files.disk import draft_of
 from stickslip.files.progress import waiting
@@ -38,7 +39,6 @@ from stickslip.simulation.time_limit import TimeLimit
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[Any]
 Report = Callable[[int, int], Any]
 Progress = Report | None
 _METADATA = "zarr.json"
@@ -79,14 +79,14 @@ class Plan:
     """
 
     name: str
-    coords: Mapping[str, tuple[Array, Mapping[str, Any]]]
+    coords: Mapping[str, tuple[AnyArray, Mapping[str, Any]]]
     sizes: Mapping[str, int]
     chunks: Mapping[str, int]
     variables: Mapping[str, Variable]
     task: Callable[[tuple[int, ...], Mapping[str, Any]], Chunk]
     before: Callable[[tuple[int, ...]], tuple[int, ...] | None]
     attrs: Mapping[str, Any]
-    finish: Callable[[Plan, Mapping[str, Any]], Mapping[str, tuple[tuple[str, ...], Array]]] | None = None
+    finish: Callable[[Plan, Mapping[str, Any]], Mapping[str, tuple[tuple[str, ...], AnyArray]]] | None = None
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -247,9 +247,9 @@ def _work(plan: Plan, sink: Memory, executor: Executor, width: int, progress: Re
             future.cancel()
 
 
-def _result(plan: Plan, future: Future[Any]) -> dict[str, Array]:
+def _result(plan: Plan, future: Future[Any]) -> dict[str, AnyArray]:
     try:
-        result: dict[str, Array] = future.result()
+        result: dict[str, AnyArray] = future.result()
     except InputError as error:
         raise InputError(f"{plan.name}: {error}") from None
     except (ImportError, OSError, RuntimeError) as error:
@@ -283,14 +283,14 @@ class Memory:
         """Which chunks are finished."""
         return np.zeros(int(np.prod(self.plan.counts)), bool)
 
-    def write(self, index: int, rows: Mapping[str, Array]) -> None:
+    def write(self, index: int, rows: Mapping[str, AnyArray]) -> None:
         """Keep the rows of a chunk."""
         region = self.plan.region(self.plan.position(index))
         shape = tuple(part.stop - part.start for part in region)
         for name, array in self.arrays.items():
             array[region] = rows[name].reshape(*shape, *rows[name].shape[1:])
 
-    def add(self, variables: Mapping[str, tuple[tuple[str, ...], Array]]) -> None:
+    def add(self, variables: Mapping[str, tuple[tuple[str, ...], AnyArray]]) -> None:
         """Keep what follows from all chunks together."""
         self.more = variables
 
@@ -437,7 +437,7 @@ class Store(Memory):
         """Which chunks are finished."""
         return np.asarray(self._sums != 0)
 
-    def write(self, index: int, rows: Mapping[str, Array]) -> None:
+    def write(self, index: int, rows: Mapping[str, AnyArray]) -> None:
         """Keep the rows of a chunk, then say so; what ran out of time is computed again."""
         with self._refusing():
             super().write(index, rows)
@@ -450,7 +450,7 @@ class Store(Memory):
             self._said[:] = sums
             self._sums = sums
 
-    def add(self, variables: Mapping[str, tuple[tuple[str, ...], Array]]) -> None:
+    def add(self, variables: Mapping[str, tuple[tuple[str, ...], AnyArray]]) -> None:
         """Keep what follows from all chunks together."""
         with self._refusing():
             for name, (dims, values) in variables.items():
@@ -484,7 +484,7 @@ def _consolidate(path: Path) -> None:
         zarr.consolidate_metadata(path)
 
 
-def _checksum(values: Array, before: int) -> int:
+def _checksum(values: AnyArray, before: int) -> int:
     """Of numbers or words, whatever their shape and however they are kept, and of what came before."""
     values = np.asarray(values)
     if values.dtype.kind == "f":
@@ -531,7 +531,7 @@ def provenance(
     }
 
 
-def fingerprint(values: Array) -> str:
+def fingerprint(values: AnyArray) -> str:
     """The values of an axis in a few words that differ where a bit does.
 
     >>> fingerprint(np.array([0.0, 1.0]))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array, Mask
 from stickslip.identification.kinetic.force_residuals import Problem
 from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.steady.curves import Rows
@@ -15,9 +15,6 @@ from stickslip.identification.steady.misfit import PART, SURE, predicts_worse
 from stickslip.identification.steady.single_form_fit import linear_losses
 from stickslip.identification.steady.steady_rows import beside_sticks
 from stickslip.laws import Law
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 APART = 0.1
 """Records whose mean friction differs from the law by more than that part of it do not obey one law."""

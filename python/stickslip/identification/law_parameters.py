@@ -7,17 +7,15 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.laws import Law
 from stickslip.laws.declarations import Number
 from stickslip.laws.numbers import numbers, pointers, put, value
-
-Array = npt.NDArray[np.float64]
 
 FARTHEST_FROM_START = 5000.0
 """In its units no number goes farther from its start: a hundred times its size. One that no motion tells would run away."""

@@ -9,20 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array, Mask
 from stickslip.files.checks import each_once
 from stickslip.files.disk import toml_table
 from stickslip.files.netcdf import read_tree
 from stickslip.files.notebook import InNotebook
 from stickslip.measurement.result import stated_notes
 from stickslip.measurement.signals.sample_runs import runs_of
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 ROWS = ("t", "stick_time", "force_rate", "force", "drop")
 """Columns of the table of break-aways; each has one named ``<column>_error`` beside it."""

@@ -9,12 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.laws.law import Law
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Array = npt.NDArray[np.float64]
 
 BAND = (0.025, 0.975)
 DRAWS = 1000

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.laws.piecewise_polynomial import PiecewisePolynomial
 from stickslip.laws.tabulation import evaluate, positive, table, uneven
 
@@ -20,7 +21,6 @@ _CHECKS = 48
 _NARROWEST = 1e-10
 _MOST_PIECES = 1000
 
-_Floats = NDArray[np.float64]
 
 #: Chebyshev points of a piece from −1 to 1, and the matrix from values there to Chebyshev coefficients.
 _POINTS = -np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
@@ -87,12 +87,12 @@ def smooth_from_function(
 
 def _pieces(
     f: Callable[[Any], Any], derivative: Callable[[Any], Any] | None, top: float, error: float | None, where: str
-) -> _Floats:
+) -> Array:
     everywhere = uneven(top)
     values = evaluate(f, everywhere, where)
     allowed = _RELATIVE * float(np.abs(values).max()) if error is None else positive("error", error, where)
     left = [(0.0, top)]
-    done: list[_Floats] = []
+    done: list[Array] = []
     while left:
         low, high = left.pop()
         # The ends of neighbours are the same numbers, to the bit.
@@ -131,7 +131,7 @@ def _pieces(
     return np.concatenate(done)
 
 
-def _spline(rows: Any, where: str) -> _Floats:
+def _spline(rows: Any, where: str) -> Array:
     from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
     w, *columns = table(rows, where, most=3)

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number
 from stickslip.laws.piecewise_linear import PiecewiseLinear
 
@@ -18,8 +19,6 @@ _FIRST = 4096
 _GOLDEN = (5**0.5 - 1) / 2
 _MOST_SAMPLES = 400_000
 _MOST_NODES = 20_000
-
-_Floats = NDArray[np.float64]
 
 
 def from_function(
@@ -85,7 +84,7 @@ def positive(name: str, value: Any, where: str) -> float:
     return found
 
 
-def evaluate(f: Callable[[Any], Any], w: _Floats, where: str, name: str = "f") -> _Floats:
+def evaluate(f: Callable[[Any], Any], w: Array, where: str, name: str = "f") -> Array:
     """The function at all slip speeds, at once or singly."""
     # What is not finite is refused below, so numpy need not warn of it.
     with np.errstate(all="ignore"):
@@ -107,7 +106,7 @@ def evaluate(f: Callable[[Any], Any], w: _Floats, where: str, name: str = "f") -
     try:
         if np.iscomplexobj(given):
             raise TypeError("complex numbers")
-        values: _Floats = given.astype(float)
+        values: Array = given.astype(float)
     except (TypeError, ValueError) as problem:
         raise InputError(f"{where}: {name} must give a number for a number, got the error: {problem}") from None
     bad = ~np.isfinite(values)
@@ -116,13 +115,13 @@ def evaluate(f: Callable[[Any], Any], w: _Floats, where: str, name: str = "f") -
     return values
 
 
-def uneven(top: float) -> _Floats:
+def uneven(top: float) -> Array:
     """Slip speeds from 0 to `top`, so uneven that no wave hides between them."""
     index = np.arange(1, _FIRST)
     return np.concatenate([[0.0], (index - 0.5 * (index * _GOLDEN % 1)) / _FIRST, [1.0]]) * top
 
 
-def _sample(f: Callable[[Any], Any], top: float, allowed: float) -> tuple[_Floats, _Floats]:
+def _sample(f: Callable[[Any], Any], top: float, allowed: float) -> tuple[Array, Array]:
     w = uneven(top)
     force = evaluate(f, w, "from_function")
     done_w, done_force = [w], [force]
@@ -155,7 +154,7 @@ def _sample(f: Callable[[Any], Any], top: float, allowed: float) -> tuple[_Float
     return w[order], force[order]
 
 
-def table(given: Any, where: str, most: int = 2) -> tuple[_Floats, ...]:
+def table(given: Any, where: str, most: int = 2) -> tuple[Array, ...]:
     """The columns of a table: slip speed from 0 on, force, and the slope where `most` is 3 and it is there."""
     try:
         rows = np.asarray(given, float)
@@ -176,7 +175,7 @@ def table(given: Any, where: str, most: int = 2) -> tuple[_Floats, ...]:
     return tuple(rows.T)
 
 
-def _table(given: Any, w_max: float | None) -> tuple[_Floats, _Floats]:
+def _table(given: Any, w_max: float | None) -> tuple[Array, Array]:
     w, force = table(given, "from_function")
     if w_max is not None:
         top = number("w_max", w_max, "from_function")
@@ -187,7 +186,7 @@ def _table(given: Any, w_max: float | None) -> tuple[_Floats, _Floats]:
     return w, force
 
 
-def _thin(w: _Floats, force: _Floats, allowed: float) -> list[int]:
+def _thin(w: Array, force: Array, allowed: float) -> list[int]:
     """Samples that suffice: from each the farthest other from which no sample between deviates more than `allowed`.
 
     A chord may run to a sample if its slope lies in every wedge that the samples between leave open.

@@ -16,6 +16,7 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import did_you_mean
 from stickslip.measurement.indirect.method import measure_indirectly
 from stickslip.measurement.instruments import InstrumentRig
@@ -25,8 +26,6 @@ from stickslip.measurement.rigs.chain import Chain
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline, kalman, savitzky_golay
-
-Array = npt.NDArray[np.float64]
 
 METHODS = ("pieces", "spline", "savitzky_golay", "kalman")
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.disk import read_bytes
 from stickslip.files.netcdf import read_tree
 from stickslip.files.units import FARTHEST, find_unit
@@ -21,8 +22,6 @@ from stickslip.measurement.formats.table import Table, whole_name
 from stickslip.measurement.formats.text import text_table
 from stickslip.measurement.rigs.layout import Layout
 from stickslip.measurement.rigs.rig import Rig
-
-Array = npt.NDArray[np.float64]
 
 LEAST_SAMPLES = 64
 """Shorter records hold no cycle that could be measured."""

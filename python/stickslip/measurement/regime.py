@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import uniform_filter1d
 
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 SLOW_LEVEL = 0.2
 """Below this fraction of the drive velocity a mass counts as slow."""

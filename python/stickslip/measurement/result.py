@@ -13,8 +13,6 @@ import xarray as xr
 from stickslip import _core
 from stickslip.files.units import unit_of
 
-Array = npt.NDArray[np.float64]
-
 EVENT_COLUMNS = {"t": "time", "stick_time": "time", "force_rate": "force time^-1", "force": "force", "drop": "force"}
 """Of a table of break-aways, with their dimensions."""
 

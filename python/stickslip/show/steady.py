@@ -13,8 +13,6 @@ from stickslip.show.canvas import ABOVE, OKABE_ITO, in_units, new_axes
 if TYPE_CHECKING:
     from stickslip.identification.steady.steady_result import SteadyFriction
 
-Array = npt.NDArray[np.float64]
-
 FEWEST_SLOW = 8
 """Fewest rows at low speeds that have a panel of their own."""
 VISIBLE_APART = 0.01
@@ -61,7 +59,7 @@ def _draw(found: SteadyFriction, axes: Any, most: float) -> None:
         axes.errorbar(w, force, error, fmt="o", ms=3, color="0.4", label="measured")
     named: set[str] = set()
 
-    def line(name: str, grid: Array, style: str, **look: Any) -> None:
+    def line(name: str, grid: npt.NDArray[np.float64], style: str, **look: Any) -> None:
         axes.plot(grid, found.fits[name](grid), style, label=None if name in named else name, **look)
         named.add(name)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.tracking.finding.detections import Array
+from stickslip.files.arrays import Array
 
 if TYPE_CHECKING:
     import xarray as xr

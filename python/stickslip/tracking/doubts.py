@@ -11,7 +11,8 @@ import math
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.tracking.finding.detections import Array, Detections
+from stickslip.files.arrays import Array
+from stickslip.tracking.finding.detections import Detections
 from stickslip.tracking.linking import CLEAR, Track
 from stickslip.tracking.positions.size_changes import FEWEST_PICTURES, size_change, usual_change
 from stickslip.tracking.setup import Setup

@@ -11,8 +11,8 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.disk import check_writable
-from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.finding.response_map import ResponseMap, response_map
 from stickslip.tracking.finding.subset import Match, Subset
 from stickslip.tracking.finding.template import LEAST_CORRELATION, LEAST_ERROR

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.disk import check_writable
 from stickslip.tracking.bodies import rigid_body
 from stickslip.tracking.doubts import describe, notes_on_track, unclear
 from stickslip.tracking.finding.blobs import ALIKE
-from stickslip.tracking.finding.detections import Array, Detections
+from stickslip.tracking.finding.detections import Detections
 from stickslip.tracking.finding.fiducial import check_dictionary, find_fiducials
 from stickslip.tracking.finding.response_map import response_map
 from stickslip.tracking.finding.subset import Subset

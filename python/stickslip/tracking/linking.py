@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import Array, Detections, Row
-
-Indices = npt.NDArray[np.int64]
+from stickslip.files.arrays import Array, Indices
+from stickslip.tracking.finding.detections import Detections, Row
 
 Rows = list[list[Row]]
 """The detections of each picture."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip import _core
+from stickslip.files.arrays import Array
 from stickslip.files.netcdf import write_netcdf
-from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.scale.calibration import Calibration
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number
-from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.motion import motion_dataset
 from stickslip.tracking.scale.calibration import Calibration, Lens
 from stickslip.tracking.setup import Setup

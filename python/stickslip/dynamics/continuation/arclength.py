@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.conditions import determinant, gradient
-from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, with_number
+from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, with_number
 from stickslip.dynamics.periodic.newton import Lost, newton
 from stickslip.dynamics.periodic.poincare_map import Return, inconsistency, moved, multipliers_of, return_of, size_of
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 
 #: The largest step of Newton's method, in sizes of the motion and the parameters, and the most rounds of it.
 _REACH, _ROUNDS = 0.3, 25
@@ -59,7 +60,7 @@ class Family:
     #: Whether steps are measured by the values themselves instead of their ranges.
     relative: bool = False
 
-    def scales(self, values: Floats) -> Floats:
+    def scales(self, values: Array) -> Array:
         """What counts as large in each parameter."""
         spans = np.array([high - low for low, high in self.ranges])
         return np.maximum(np.abs(values), 1e-3 * spans) if self.relative else spans
@@ -74,8 +75,8 @@ class Point:
     """
 
     here: Return
-    values: Floats
-    direction: Floats
+    values: Array
+    direction: Array
     boundary: Condition | None = None
 
     @property
@@ -84,7 +85,7 @@ class Point:
         return multipliers_of(self.here)[0 if self.here.forcing_periods else 1 :]
 
 
-def axis(sequence: EventSequence) -> Floats:
+def axis(sequence: EventSequence) -> Array:
     """The direction in which the only parameter grows and nothing else moves."""
     return np.append(np.zeros(sequence.layout.width), 1.0)
 
@@ -99,8 +100,8 @@ def labels(here: Return) -> dict[Label, int]:
 
 
 def evaluate(
-    sequence: EventSequence, forcing_periods: int, family: Family, values: Floats, boundary: Condition | None
-) -> tuple[Return, Floats, Floats, Floats]:
+    sequence: EventSequence, forcing_periods: int, family: Family, values: Array, boundary: Condition | None
+) -> tuple[Return, Array, Array, Array]:
     """The return, what has to vanish, its derivative over the coordinates and the parameters, and that of what is written."""
     system = sequence.system
     try:
@@ -122,7 +123,7 @@ def evaluate(
     return here, residual, jacobian, np.column_stack([item.fixed_parameter for item in heres])
 
 
-def _vanishing(heres: list[Return], boundary: Condition, family: Family, values: Floats) -> tuple[float, Floats]:
+def _vanishing(heres: list[Return], boundary: Condition, family: Family, values: Array) -> tuple[float, Array]:
     """What vanishes beside the defect, and its derivatives over the coordinates and the parameters."""
     here = heres[0]
     if isinstance(boundary, str):
@@ -137,7 +138,7 @@ def _vanishing(heres: list[Return], boundary: Condition, family: Family, values:
     return float(here.tests["value"][row]), slopes
 
 
-def _scales(here: Return, family: Family, values: Floats) -> Floats:
+def _scales(here: Return, family: Family, values: Array) -> Array:
     return np.concatenate([size_of(here.sequence.system, here.sequence.start, here.coordinates), family.scales(values)])
 
 
@@ -146,7 +147,7 @@ def _columns(here: Return, family: Family) -> NDArray[np.int64]:
     return np.concatenate([here.coordinates, here.sequence.layout.width + np.arange(len(family.paths))])
 
 
-def tangent(here: Return, jacobian: Floats, family: Family, values: Floats, along: Floats | None) -> Floats:
+def tangent(here: Return, jacobian: Array, family: Family, values: Array, along: Array | None) -> Array:
     """The direction of the curve: the null vector of the scaled derivative, turned the way of `along`."""
     scales = _scales(here, family, values)
     _, _, rows = np.linalg.svd(jacobian * scales)
@@ -161,8 +162,8 @@ def corrected(
     sequence: EventSequence,
     forcing_periods: int,
     family: Family,
-    values: Floats,
-    direction: Floats | None,
+    values: Array,
+    direction: Array | None,
     boundary: Condition | None = None,
 ) -> Point:
     """Newton's method: across `direction`, or, where there are as many unknowns as equations, as it is.
@@ -173,7 +174,7 @@ def corrected(
         where it does not converge.
     """
 
-    def at(unknowns: tuple[EventSequence, Floats]) -> tuple[tuple[Return, Floats, Floats, Floats], Floats, float]:
+    def at(unknowns: tuple[EventSequence, Array]) -> tuple[tuple[Return, Array, Array, Array], Array, float]:
         sequence, values = unknowns
         here, residual, jacobian, written = evaluate(sequence, forcing_periods, family, values, boundary)
         scales = _scales(here, family, values)
@@ -195,7 +196,7 @@ def corrected(
     raise Lost(f"Newton's method does not converge, last step {done.error:.1e}")
 
 
-def _moved(found: tuple[Return, Floats, Floats, Floats], step: Floats) -> tuple[EventSequence, Floats]:
+def _moved(found: tuple[Return, Array, Array, Array], step: Array) -> tuple[EventSequence, Array]:
     here, values, _, written = found
     count = len(here.coordinates)
     sequence = moved(here, step[:count])
@@ -229,7 +230,7 @@ class CurveEnd(Exception):
         self.reason = reason
 
 
-def turns(before: Floats, after: Floats) -> bool:
+def turns(before: Array, after: Array) -> bool:
     """Whether the direction of a curve turns by too much from a point to the next."""
     return float(before @ after) < _TURN
 

@@ -12,10 +12,11 @@ from stickslip.dynamics.continuation.arclength import Family, Point, consistent,
 from stickslip.dynamics.continuation.branch import Branch, Branches, SpecialPoint
 from stickslip.dynamics.continuation.switching_boundaries import beyond
 from stickslip.dynamics.continuation.walk import Walk
-from stickslip.dynamics.periodic.event_sequence import Floats, pointer
+from stickslip.dynamics.periodic.event_sequence import pointer
 from stickslip.dynamics.periodic.newton import Lost
 from stickslip.dynamics.periodic.poincare_map import Return, moved, size_of
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.simulation.time_limit import TimeLimit
 
 #: Where in a direction the parameter stands.
@@ -108,7 +109,7 @@ def _aside(point: Point, family: Family, *, double: bool) -> Point | None:
     return None
 
 
-def _across(here: Return, family: Family, point: Point, *, double: bool) -> Floats:
+def _across(here: Return, family: Family, point: Point, *, double: bool) -> Array:
     """The direction of the other branch: scaled, over the state and the parameter."""
     sizes = size_of(here.sequence.system, here.sequence.start, here.coordinates)
     across = np.zeros(len(point.direction))

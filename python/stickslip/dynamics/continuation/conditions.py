@@ -11,10 +11,11 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
+from stickslip.dynamics.periodic.event_sequence import read, with_number
 from stickslip.dynamics.periodic.newton import Lost
 from stickslip.dynamics.periodic.poincare_map import Return, moved, return_of, size_of
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 
 #: Where in a direction the parameter stands.
 _PARAMETER = -1
@@ -28,7 +29,7 @@ class OnCurve(Protocol):
     """A point of a curve of closed orbits, whatever the law."""
 
     @property
-    def direction(self) -> Floats:
+    def direction(self) -> Array:
         """That of the curve."""
 
     @property
@@ -97,7 +98,7 @@ def determinant(kind: str, here: Return) -> float:
     return float(np.prod(values[first] * values[second] - 1).real)
 
 
-def gradient(kind: str, here: Return, paths: Sequence[str], scales: Sequence[float]) -> Floats:
+def gradient(kind: str, here: Return, paths: Sequence[str], scales: Sequence[float]) -> Array:
     """The derivatives of :func:`determinant` over the coordinates and the parameters, by central differences.
 
     They steer Newton's method only: what it converges to is as exact as the determinant.

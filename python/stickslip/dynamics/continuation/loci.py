@@ -27,9 +27,10 @@ from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, sec
 from stickslip.dynamics.continuation.switching_boundaries import name_of, worst
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import steady_slip
-from stickslip.dynamics.periodic.event_sequence import Floats, pointer, read, with_number
+from stickslip.dynamics.periodic.event_sequence import pointer, read, with_number
 from stickslip.dynamics.periodic.newton import Lost
 from stickslip.errors import InputError, Interrupted
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
@@ -87,9 +88,9 @@ class Locus(ByContent, InNotebook):
     kind: str
     parameters: tuple[str, str]
     bounds: tuple[tuple[float, float], tuple[float, float]]
-    values: Floats = field(default_factory=lambda: np.empty((0, 2)))
-    x_min: Floats = field(default_factory=lambda: np.empty(0))
-    x_max: Floats = field(default_factory=lambda: np.empty(0))
+    values: Array = field(default_factory=lambda: np.empty((0, 2)))
+    x_min: Array = field(default_factory=lambda: np.empty(0))
+    x_max: Array = field(default_factory=lambda: np.empty(0))
     special_points: list[CodimensionTwo] = field(default_factory=list)
     cut: str = ""
 
@@ -213,7 +214,7 @@ def _filled(
 def _follow(
     point: SpecialPoint,
     family: Family,
-    here: Floats,
+    here: Array,
     most: int,
     progress: Callable[[int, int], Any] | None,
     halves: tuple[list[_Row], list[_Row]],
@@ -389,7 +390,7 @@ def _allowed(point: Point) -> bool:
     return bool((point.here.durations > -1e-8).all()) and min(worst(point.here).values(), default=0.0) > -1e-8
 
 
-def _outside(values: Floats, family: Family) -> tuple[int, float] | None:
+def _outside(values: Array, family: Family) -> tuple[int, float] | None:
     """The parameter that has left its bounds, and which bound."""
     for axis, (value, (low, high)) in enumerate(zip(values, family.ranges, strict=True)):
         if not low <= value <= high:
@@ -398,23 +399,23 @@ def _outside(values: Floats, family: Family) -> tuple[int, float] | None:
 
 
 def _hopf_half(
-    system: Oscillator | System, family: Family, start: Floats, sign: float, most: int, rows: list[_Row]
+    system: Oscillator | System, family: Family, start: Array, sign: float, most: int, rows: list[_Row]
 ) -> None:
     """Add the points of the curve on which the damping of steady slip vanishes, one way."""
     spans = family.scales(start)
 
-    def placed(values: Floats) -> tuple[float, float]:
+    def placed(values: Array) -> tuple[float, float]:
         there = system
         for path, value in zip(family.paths, values, strict=True):
             there = with_number(there, path, float(value))
         state = steady_slip(there)
         return (math.nan, math.nan) if state is None else (state.damping, first_of(state.x))
 
-    def slopes(values: Floats) -> Floats:
+    def slopes(values: Array) -> Array:
         steps = 1e-5 * np.diag(spans)
         return np.array([(placed(values + h)[0] - placed(values - h)[0]) / 2e-5 for h in steps])
 
-    def solved(values: Floats, along: Floats | None) -> tuple[Floats, Floats] | None:
+    def solved(values: Array, along: Array | None) -> tuple[Array, Array] | None:
         for _ in range(20):
             try:
                 value, slope = placed(values)[0], slopes(values)
@@ -437,11 +438,11 @@ def _hopf_half(
     values, way = found
     way = sign * way
 
-    def add(values: Floats) -> None:
+    def add(values: Array) -> None:
         x = placed(values)[1]
         rows.append((float(values[0]), float(values[1]), x, x))
 
-    def advance(point: tuple[Floats, Floats], step: float) -> tuple[Floats, Floats]:
+    def advance(point: tuple[Array, Array], step: float) -> tuple[Array, Array]:
         values, way = point
         ahead = solved(values + step * way * spans, way)
         if ahead is None or turns(way, ahead[1]):

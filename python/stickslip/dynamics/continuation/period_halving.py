@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, consistent, corrected
-from stickslip.dynamics.periodic.event_sequence import Floats
 from stickslip.dynamics.periodic.newton import Lost
 from stickslip.dynamics.periodic.poincare_map import Return, return_of, size_of
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 
 #: Halves whose durations differ by less, relative to the period, are one orbit taken twice.
 _ONE = 1e-7
@@ -46,7 +46,7 @@ def period_halving(point: Point, ahead: Point, family: Family) -> tuple[Point, P
     return flip, Point(end, flip.values, point.direction)
 
 
-def _apart(here: Return) -> Floats | None:
+def _apart(here: Return) -> Array | None:
     """The durations of the second half of an orbit minus those of its first; None where it has no such halves."""
     phases = here.sequence.phases
     if len(phases) % 2 or here.forcing_periods % 2:
@@ -58,7 +58,7 @@ def _apart(here: Return) -> Floats | None:
     return None if np.abs(apart).max() < _ONE * here.period else np.asarray(apart, float)
 
 
-def _leap(point: Point, ahead: Point) -> Floats:
+def _leap(point: Point, ahead: Point) -> Array:
     """From one start to another; what is no number stays as it is."""
     with np.errstate(invalid="ignore"):
         leap = ahead.here.sequence.start - point.here.sequence.start

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from stickslip.dynamics.continuation.arclength import CurveEnd, ShorterStep, StepSize, trace, turns
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_ways_of, range_of
 from stickslip.dynamics.continuation.conditions import TESTS, zeros
-from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
+from stickslip.dynamics.periodic.event_sequence import read, with_number
 from stickslip.dynamics.periodic.newton import Lost, newton
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle, StateReturn, finished
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 #: Steps along a curve, in sizes of the variables and of the bounds.
@@ -37,7 +38,7 @@ class _Point:
 
     cycle: StateCycle
     value: float
-    direction: Floats
+    direction: Array
 
     @property
     def nontrivial(self) -> NDArray[np.complex128]:
@@ -46,7 +47,7 @@ class _Point:
 
 
 #: A return, its flow, the parameter, and the derivative of what vanishes over the start, the time and the parameter.
-_Found = tuple[StateReturn, StateFlow, float, Floats]
+_Found = tuple[StateReturn, StateFlow, float, Array]
 
 
 @dataclass
@@ -124,7 +125,7 @@ class StateWalk:
     def _span(self) -> float:
         return self.bounds[1] - self.bounds[0]
 
-    def _corrected(self, cycle: StateCycle, value: float, along: Floats | None) -> _Point:
+    def _corrected(self, cycle: StateCycle, value: float, along: Array | None) -> _Point:
         """Newton's method across `along`, or at a fixed value of the parameter without it.
 
         Raises
@@ -135,7 +136,7 @@ class StateWalk:
         sizes, force = cycle.flow.sizes, forcing_period(cycle.system)
         width, across = len(sizes), None if force is not None else cycle.flow.rates(0.0, cycle.start)
 
-        def at(unknowns: tuple[Floats, float, float]) -> tuple[_Found, Floats, float]:
+        def at(unknowns: tuple[Array, float, float]) -> tuple[_Found, Array, float]:
             start, time, value = unknowns
             system = with_number(cycle.system, self.path, value)
             if force is not None:
@@ -151,7 +152,7 @@ class StateWalk:
             step = np.linalg.lstsq(matrix, -np.append(here.defect, 0.0), rcond=1e-14)[0]
             return (here, flow, value, rows), step, float(np.abs(step).max())
 
-        def moved(found: _Found, step: Floats) -> tuple[Floats, float, float]:
+        def moved(found: _Found, step: Array) -> tuple[Array, float, float]:
             here, _, value, _ = found
             return *here.moved(step), value + float(step[-1]) * self._span
 

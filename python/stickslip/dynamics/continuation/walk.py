@@ -36,10 +36,10 @@ from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishi
 from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.cycles import finished, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import fastest_drive
-from stickslip.dynamics.periodic.event_sequence import Floats
 from stickslip.dynamics.periodic.newton import Lost
 from stickslip.dynamics.periodic.poincare_map import Return, size_of
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.progress import waiting
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
@@ -231,7 +231,7 @@ class Walk:
         if point.here.forcing_periods or any(switching_boundaries.signature(one.here) for one in (point, ahead)):
             return False
 
-        def turn(here: Return) -> Floats:
+        def turn(here: Return) -> Array:
             orbit = one_period(here, here.period)
             (_, first), (_, half) = orbit.at(0.0), orbit.at(here.period / 2)
             return np.atleast_1d(first - half)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, event_cycle, finished, from_section
-from stickslip.dynamics.periodic.event_sequence import Floats, check_one, with_number
+from stickslip.dynamics.periodic.event_sequence import check_one, with_number
 from stickslip.dynamics.periodic.poincare_map import forcing_period, once
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number, whole_number
 from stickslip.model.parameters import document_of, path_in
 from stickslip.model.system import Oscillator, system_from_dict
@@ -84,7 +85,7 @@ def periodic_orbits(
     return sorted(found, key=lambda cycle: cycle.period)
 
 
-def _states(points: xr.Dataset) -> tuple[Oscillator, tuple[Floats, Floats, Floats]]:
+def _states(points: xr.Dataset) -> tuple[Oscillator, tuple[Array, Array, Array]]:
     """The system and t, x, v at the points of a section or of a column of a diagram."""
     prefix = "" if "x" in points and "slip_velocity" in points else "section_"
     names = [prefix + name for name in ("t", "x", "v")]

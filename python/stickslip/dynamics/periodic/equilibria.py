@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from stickslip.dynamics.periodic.event_sequence import STATE, EventSequence, one_phase, with_number
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.model.drive import NormalForce
 from stickslip.model.system import Oscillator, System
 
-Floats = NDArray[np.float64]
 #: The damping, in units of √(k m), that rounding leaves where there is none; the growth, in units of the fastest frequency,
 #: that the eigenvalues of several masses leave.
 _NEUTRAL, _NEUTRAL_MODE = 1e-12, 1e-11
@@ -130,7 +130,7 @@ def _neutral(exponents: NDArray[np.complex128]) -> bool:
     return bool(abs(exponents.real.max()) < _NEUTRAL_MODE * np.abs(exponents).max())
 
 
-def _first_order(mass: Floats, stiffness: Floats, damping: Floats) -> Floats:
+def _first_order(mass: Array, stiffness: Array, damping: Array) -> Array:
     """The matrix A of (x, v)˙ = A (x, v)."""
     n = len(mass)
     matrix = np.zeros((2 * n, 2 * n))
@@ -139,7 +139,7 @@ def _first_order(mass: Floats, stiffness: Floats, damping: Floats) -> Floats:
     return matrix
 
 
-def _exponents(mass: Floats, stiffness: Floats, damping: Floats) -> NDArray[np.complex128]:
+def _exponents(mass: Array, stiffness: Array, damping: Array) -> NDArray[np.complex128]:
     """Its eigenvalues; where the damping couples no modes of symmetric matrices those of each, λ² + c λ + ω² = 0."""
     if (mass == mass.T).all() and (stiffness == stiffness.T).all():
         root = np.linalg.inv(np.linalg.cholesky(mass))
@@ -152,7 +152,7 @@ def _exponents(mass: Floats, stiffness: Floats, damping: Floats) -> NDArray[np.c
     return np.asarray(np.linalg.eigvals(_first_order(mass, stiffness, damping)), complex)
 
 
-def _linearized(system: System) -> tuple[Floats, Floats, Floats, Floats] | None:
+def _linearized(system: System) -> tuple[Array, Array, Array, Array] | None:
     """M, K, the damping and the force of M ẍ + (D + Σ F_c′(s_c) b bᵀ) ẋ + K x = Σ F_c(s_c) b beside steady slip."""
     if system.swings or system.springs:
         return None
@@ -315,7 +315,7 @@ def criticality(system: Oscillator | System, path: str, value: float) -> str:
     several = at_point.to_system() if isinstance(at_point, Oscillator) else at_point
     n = several.masses
     mass, stiffness, damping = (np.array(each) for each in (several.mass, several.stiffness, several.damping))
-    terms: list[tuple[Floats, Floats, float, tuple[float, float, float]]] = []
+    terms: list[tuple[Array, Array, float, tuple[float, float, float]]] = []
     known: dict[Any, tuple[float, float, float] | None] = {}
     for contact in several.contacts:
         b = np.zeros(n)
@@ -354,7 +354,7 @@ def _derivatives(law: Any, speed: float) -> tuple[float, float, float] | None:
         return math.nan if state is None else state.damping
 
     here = slope(speed)
-    before: list[Floats] = []
+    before: list[Array] = []
     best, error = np.full(2, math.nan), np.full(2, math.inf)
     for halving in range(12):
         h = 0.1 * speed * 0.5**halving
@@ -371,10 +371,10 @@ def _derivatives(law: Any, speed: float) -> tuple[float, float, float] | None:
 
 
 def _first_lyapunov(
-    mass: Floats,
-    damping: Floats,
-    stiffness: Floats,
-    terms: list[tuple[Floats, Floats, float, tuple[float, float, float]]],
+    mass: Array,
+    damping: Array,
+    stiffness: Array,
+    terms: list[tuple[Array, Array, float, tuple[float, float, float]]],
 ) -> tuple[float, float] | None:
     """2 ω times the first Lyapunov coefficient of M ẍ + D ẋ + K x = Σ b F_c, and the size of its terms.
 

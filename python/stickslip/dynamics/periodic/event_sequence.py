@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.parameters import document_of, path_in
 from stickslip.model.system import Oscillator, System
 
-Floats = NDArray[np.float64]
 Modes = NDArray[np.int8]
 Table = NDArray[np.void]
 
@@ -192,11 +192,11 @@ class Followed:
     The columns of the test functions are ``boundary``, ``contact``, ``phase``, ``tau``, ``detail`` and ``value``.
     """
 
-    states: Floats
-    rates: Floats
-    durations: Floats
+    states: Array
+    rates: Array
+    durations: Array
     tests: Table
-    test_rates: Floats
+    test_rates: Array
 
 
 @dataclass(frozen=True)
@@ -212,7 +212,7 @@ class EventSequence:
     """
 
     system: Any
-    start: Floats
+    start: Array
     phases: Table
     last: Modes
 
@@ -242,7 +242,7 @@ class EventSequence:
         return self.phases["ending"]
 
     @property
-    def durations(self) -> Floats:
+    def durations(self) -> Array:
         """How long each phase lasts."""
         return self.phases["duration"]
 
@@ -277,7 +277,7 @@ class EventSequence:
 
     @classmethod
     def _made(
-        cls, system: Any, run: Callable[[_core.System], tuple[Floats, Any, list[str], str]]
+        cls, system: Any, run: Callable[[_core.System], tuple[Array, Any, list[str], str]]
     ) -> tuple[EventSequence, list[str], str]:
         try:
             start, columns, kinds, stop = run(system.core)
@@ -347,7 +347,7 @@ class EventSequence:
             durations.append(np.diff([begin, *inside, end]).tolist())
         return self.cut(durations, SECTION)
 
-    def _peaks(self, *, shifted: bool) -> Floats:
+    def _peaks(self, *, shifted: bool) -> Array:
         """When the slip speed of contact 0 is greatest inside a phase, from the start."""
         chopped = self._chopped(3.0 * self.system.natural_period / (2 * np.pi), shifted=shifted)
         tests = chopped.follow(tests=True).tests

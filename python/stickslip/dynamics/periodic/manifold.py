@@ -13,10 +13,10 @@ import numpy as np
 from stickslip import _core
 from stickslip.dynamics.periodic.cycles import PeriodicOrbit, from_section
 from stickslip.dynamics.periodic.derivatives import fundamental_matrix
-from stickslip.dynamics.periodic.event_sequence import Floats
 from stickslip.dynamics.sections import contact_of, points_of
 from stickslip.dynamics.surface import Surface
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
@@ -42,7 +42,7 @@ _FINEST = 1e-3
 _ON = 1e-3
 
 #: The image of states in rows.
-Map = Callable[[Floats], Floats]
+Map = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +65,11 @@ class Manifold(ByContent, InNotebook):
     side: str
     fixed_point: tuple[float, ...]
     multiplier: float
-    sides: tuple[Floats, Floats] = field(repr=False)
+    sides: tuple[Array, Array] = field(repr=False)
     ends: tuple[str, str]
 
     @property
-    def points(self) -> Floats:
+    def points(self) -> Array:
         """Both sides as one curve through the fixed point, shape (points, 2 n)."""
         return np.vstack([self.sides[0][::-1], self.sides[1][1:]])
 
@@ -193,9 +193,9 @@ class _Crossing:
     """
 
     system: Oscillator | System
-    state: Floats
+    state: Array
     mass: int
-    map: Callable[[int, Floats], Map]
+    map: Callable[[int, Array], Map]
 
 
 def _strobe(orbit: PeriodicOrbit, phase: float) -> _Crossing:
@@ -207,12 +207,12 @@ def _strobe(orbit: PeriodicOrbit, phase: float) -> _Crossing:
     state = np.hstack(orbit.orbit.at((start - orbit.state[0]) % orbit.period))
     system = from_section(orbit.system, start)
 
-    def period_map(turns: int, scales: Floats) -> Map:
+    def period_map(turns: int, scales: Array) -> Map:
         duration = turns * orbit.period
         if isinstance(system, Oscillator):
             return _map(system, duration, scales)
 
-        def after(run: Orbit) -> Floats | None:
+        def after(run: Orbit) -> Array | None:
             return np.concatenate(run.at(duration)) if run.stop == "t_end" else None
 
         return _by_runs(system, duration, after, scales)
@@ -239,8 +239,8 @@ def _maximum(orbit: PeriodicOrbit, phase: float, contact: int) -> _Crossing:
     state = _sticking(system, np.hstack(around.at(maxima[np.argmax(maxima[:, 1]), 0])))
     state[system.masses + mass] = 0.0
 
-    def return_map(turns: int, scales: Floats) -> Map:
-        def after(run: Orbit) -> Floats | None:
+    def return_map(turns: int, scales: Array) -> Map:
+        def after(run: Orbit) -> Array | None:
             returns = points_of(run, surface, nearly, contact)
             if len(returns) < turns * count:
                 return None
@@ -255,11 +255,11 @@ def _maximum(orbit: PeriodicOrbit, phase: float, contact: int) -> _Crossing:
 
 
 def _by_runs(
-    system: Oscillator | System, duration: float, after: Callable[[Orbit], Floats | None], scales: Floats
+    system: Oscillator | System, duration: float, after: Callable[[Orbit], Array | None], scales: Array
 ) -> Map:
     """The map by a run from each state; not a number where it does not come back."""
 
-    def image(states: Floats) -> Floats:
+    def image(states: Array) -> Array:
         images = np.full(states.shape, np.nan)
         for row, state in enumerate(states):
             if np.isfinite(state).all():
@@ -270,13 +270,13 @@ def _by_runs(
     return image
 
 
-def _motion(system: Oscillator | System, state: Floats) -> tuple[Any, Any]:
+def _motion(system: Oscillator | System, state: Array) -> tuple[Any, Any]:
     """Positions and velocities for a run."""
     x, v = np.split(state, 2)
     return (x, v) if isinstance(system, System) else (float(x[0]), float(v[0]))
 
 
-def _sticking(system: Oscillator | System, state: Floats) -> Floats:
+def _sticking(system: Oscillator | System, state: Array) -> Array:
     """A state whose velocities are those of the drives to the last bit where they are but for rounding: it sticks."""
     state = np.array(state, float)
     masses = len(state) // 2
@@ -328,11 +328,11 @@ def _positive(name: str, value: float | None, default: float) -> float:
     return chosen
 
 
-def _map(system: Oscillator, duration: float, scales: Floats) -> Map:
+def _map(system: Oscillator, duration: float, scales: Array) -> Map:
     """The stroboscopic map over a duration; not a number where a run does not reach its end."""
     document = system.to_json()
 
-    def image(states: Floats) -> Floats:
+    def image(states: Array) -> Array:
         rows = np.ascontiguousarray((states * scales).ravel())
         run = (duration, 0.0, 1_000_000)
         table = _core.batch(document, ["x0", "v0"], rows, run, None, 0, os.cpu_count() or 1, None, None)
@@ -345,18 +345,18 @@ def _map(system: Oscillator, duration: float, scales: Floats) -> Map:
 
 def _unstable(
     image: Map,
-    fixed: Floats,
-    tangent: Floats,
+    fixed: Array,
+    tangent: Array,
     growth: float,
     extent: float,
     length: float,
     spacing: float,
     most: int,
-) -> tuple[Floats, str]:
+) -> tuple[Array, str]:
     """The curve that the fundamental segment becomes, up to a length, and why it ended."""
     seed = _NEAR * extent * tangent / np.linalg.norm(tangent)
 
-    def states(shares: Floats) -> Floats:
+    def states(shares: Array) -> Array:
         return np.asarray(fixed + growth ** shares[:, None] * seed)
 
     curve = [fixed[None], states(np.array([0.0]))]
@@ -389,13 +389,13 @@ def _unstable(
 
 def _refined(
     image: Map,
-    states: Callable[[Floats], Floats],
+    states: Callable[[Array], Array],
     iterate: int,
-    shares: Floats,
-    now: Floats,
+    shares: Array,
+    now: Array,
     spacing: float,
     most: int,
-) -> tuple[Floats, Floats]:
+) -> tuple[Array, Array]:
     """Starts inserted between those whose images are farther apart than the spacing."""
     while len(now) < most:
         wide = (np.linalg.norm(np.diff(now, axis=0), axis=1) > spacing) & (np.diff(shares) > _JUMP)
@@ -411,8 +411,8 @@ def _refined(
 
 
 def _stable(
-    image: Map, fixed: Floats, tangent: Floats, extent: float, length: float, spacing: float, most: int
-) -> tuple[Floats, str]:
+    image: Map, fixed: Array, tangent: Array, extent: float, length: float, spacing: float, most: int
+) -> tuple[Array, str]:
     """The curve of states that are mapped onto it, from the fixed point outwards, and why it ended."""
     first = _NEAR_STABLE * extent * tangent / np.linalg.norm(tangent)
     # The other side belongs to what images may lie on where they come near the fixed point.
@@ -437,7 +437,7 @@ def _stable(
     return np.array(curve[1:]), "most"
 
 
-def _next(image: Map, curve: Floats, ahead: float, step: float, turn: float) -> Floats | None:
+def _next(image: Map, curve: Array, ahead: float, step: float, turn: float) -> Array | None:
     """The state on a circle around the end of the curve, within angles, whose image lies on the curve; None without one."""
     low, high = -turn, turn
     for _ in range(_ROUNDS):
@@ -453,7 +453,7 @@ def _next(image: Map, curve: Floats, ahead: float, step: float, turn: float) -> 
     return np.asarray(states[best]) if abs(offsets[best]) < _ON * step else None
 
 
-def _offsets(images: Floats, curve: Floats) -> Floats:
+def _offsets(images: Array, curve: Array) -> Array:
     """How far each image lies from the curve, with the sign of its side; the tangent goes on beyond the ends."""
     begins, ways = curve[:-1], np.diff(curve, axis=0)
     squares = (ways**2).sum(axis=1)
@@ -469,6 +469,6 @@ def _offsets(images: Floats, curve: Floats) -> Floats:
     return np.asarray((way[:, 0] * gap[:, 1] - way[:, 1] * gap[:, 0]) / np.sqrt(squares[nearest]))
 
 
-def _angle(one: Floats, other: Floats) -> float:
+def _angle(one: Array, other: Array) -> float:
     """From one direction to another."""
     return math.atan2(one[0] * other[1] - one[1] * other[0], float(one @ other))

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 
-Floats = NDArray[np.float64]
 Unknowns = TypeVar("Unknowns")
 Here = TypeVar("Here")
 
@@ -39,7 +38,7 @@ class Round(Generic[Here]):
     """
 
     here: Here
-    step: Floats
+    step: Array
     errors: tuple[float, ...]
 
     @property
@@ -64,8 +63,8 @@ class Round(Generic[Here]):
 
 
 def newton(
-    at: Callable[[Unknowns], tuple[Here, Floats, float]],
-    moved: Callable[[Here, Floats], Unknowns],
+    at: Callable[[Unknowns], tuple[Here, Array, float]],
+    moved: Callable[[Here, Array], Unknowns],
     unknowns: Unknowns,
     reach: float,
     most: int,
@@ -90,7 +89,7 @@ def newton(
     >>> next(float(done.here) for done in root if done.converged(1e-15, 1e-9))
     1.414213562373095
     """
-    last: tuple[Here, Floats] | None = None
+    last: tuple[Here, Array] | None = None
     halved = 0
     errors: tuple[float, ...] = ()
     for _ in range(most):

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Floats, Table, layout_of, read
+from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Table, layout_of, read
 from stickslip.dynamics.periodic.newton import newton
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 
@@ -77,15 +78,15 @@ class Return:
     sequence: EventSequence
     forcing_periods: int
     coordinates: NDArray[np.int64]
-    end: Floats
-    defect: Floats
-    map_jacobian: Floats
-    parameter: Floats
+    end: Array
+    defect: Array
+    map_jacobian: Array
+    parameter: Array
     tests: Table
-    test_rates: Floats
-    durations: Floats
+    test_rates: Array
+    durations: Array
     fixed: NDArray[np.int64]
-    fixed_parameter: Floats
+    fixed_parameter: Array
     multiple: bool = False
 
     @property
@@ -99,7 +100,7 @@ class Return:
         return np.array_equal(self.end[self.fixed], self.sequence.start[self.fixed])
 
 
-def coordinates_of(system: Oscillator | System, start: Floats) -> NDArray[np.int64]:
+def coordinates_of(system: Oscillator | System, start: Array) -> NDArray[np.int64]:
     """The numbers of the state that make the return map: all that are finite; time only where something else keeps time."""
     first = _T if forcing_period(system) is not None else _T + 1
     return np.array(
@@ -163,7 +164,7 @@ def return_of(sequence: EventSequence, forcing_periods: int, path: str | None = 
     )
 
 
-def moved(here: Return, step: Floats) -> EventSequence:
+def moved(here: Return, step: Array) -> EventSequence:
     """The sequence from a start moved by `step` over its coordinates; what is written along the way is taken from its end."""
     start = here.sequence.start.copy()
     start[here.coordinates] += step
@@ -171,7 +172,7 @@ def moved(here: Return, step: Floats) -> EventSequence:
     return replace(here.sequence, start=start)
 
 
-def size_of(system: Oscillator | System, start: Floats, coordinates: NDArray[np.int64]) -> Floats:
+def size_of(system: Oscillator | System, start: Array, coordinates: NDArray[np.int64]) -> Array:
     """What counts as large in each number of the state."""
     layout = layout_of(system)
     time = system.natural_period / (2 * math.pi)
@@ -199,7 +200,7 @@ def close(
         where it does not converge.
     """
 
-    def at(sequence: EventSequence) -> tuple[tuple[Return, Floats, Floats], Floats, float]:
+    def at(sequence: EventSequence) -> tuple[tuple[Return, Array, Array], Array, float]:
         here = return_of(sequence, forcing_periods)
         size = size_of(sequence.system, here.sequence.start, here.coordinates)
         jacobian = np.eye(len(here.coordinates)) - here.map_jacobian
@@ -223,7 +224,7 @@ def close(
     )
 
 
-def without_drift(here: Return, within: Floats, size: Floats) -> Return:
+def without_drift(here: Return, within: Array, size: Array) -> Return:
     """What Newton's method has settled on; `within` is the part of its defect that steps can take away.
 
     Raises

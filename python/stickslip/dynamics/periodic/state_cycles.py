@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
-from stickslip.dynamics.periodic.event_sequence import Floats
 from stickslip.dynamics.periodic.newton import newton
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number, whole_number
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.integration import integrate
@@ -45,7 +45,7 @@ class StateCycle(Cycle):
         and, for z, (contacts,) numbers; z has a last axis where a law has two state variables.
     """
 
-    start: Floats
+    start: Array
     flow: StateFlow = field(compare=False)
 
     @property
@@ -54,7 +54,7 @@ class StateCycle(Cycle):
         return abs(self.largest - 1) < max(1e-9, 3 * float(self.error.max()))
 
     @cached_property
-    def error(self) -> Floats:
+    def error(self) -> Array:
         """How far each multiplier is known."""
         rough = replace(self.flow, tolerance=10 * self.flow.tolerance, step=4 * self.flow.step, parts=1)
         _, matrix = rough.tangents(self.start, 0.0, self.period, np.eye(rough.width))
@@ -82,7 +82,7 @@ class StateCycle(Cycle):
         return self.orbit.regime(0.0) == "stick_slip"
 
 
-def _multipliers(system: Any, matrix: Floats, forcing_periods: int) -> Any:
+def _multipliers(system: Any, matrix: Array, forcing_periods: int) -> Any:
     # A smooth sign has no state: what stands in its place stays as it is.
     each = np.concatenate([[law.has_state] * law.states for law in state_laws_of(system)])
     states = np.concatenate([np.ones(len(matrix) - len(each), bool), each])
@@ -150,9 +150,7 @@ def _run(system: Any, guess: Any, length: float) -> StateOrbit:
     return integrate(system, length, x, v, state=state[0] if state else None, tolerance=_ROUGH)
 
 
-def _guess(
-    orbit: StateOrbit, force: float | None, periods: int | None, *, settled: bool
-) -> tuple[Floats, float, Floats]:
+def _guess(orbit: StateOrbit, force: float | None, periods: int | None, *, settled: bool) -> tuple[Array, float, Array]:
     """A start, a time after which it nearly comes back, and the sizes of the variables."""
     if orbit.stop != "t_end":
         raise InputError(f"periodic_orbit: the run ended by {orbit.stop}; choose another start or another t_end")
@@ -188,10 +186,10 @@ def _guess(
 
 def closed_state(
     system: Any,
-    start: Floats,
+    start: Array,
     time: float,
     forcing_periods: int,
-    sizes: Floats,
+    sizes: Array,
     progress: Callable[[], Any] = lambda: None,
 ) -> StateCycle:
     """Newton's method from a start and a time.
@@ -203,7 +201,7 @@ def closed_state(
     """
     flow, force = StateFlow(system, sizes), forcing_period(system)
 
-    def at(unknowns: tuple[Floats, float]) -> tuple[StateReturn, Floats, float]:
+    def at(unknowns: tuple[Array, float]) -> tuple[StateReturn, Array, float]:
         here = StateReturn.of(flow, *unknowns, flow.rates(0.0, unknowns[0]) if force is None else None)
         step = np.asarray(np.linalg.lstsq(here.jacobian, -here.defect, rcond=1e-14)[0], float)
         return here, step, float(np.abs(step).max())
@@ -232,16 +230,16 @@ class StateReturn:
     slope : of the end over the logarithm of the time, in sizes.
     """
 
-    start: Floats
+    start: Array
     time: float
-    sizes: Floats
-    defect: Floats
-    jacobian: Floats
-    matrix: Floats
-    slope: Floats
+    sizes: Array
+    defect: Array
+    jacobian: Array
+    matrix: Array
+    slope: Array
 
     @classmethod
-    def of(cls, flow: StateFlow, start: Floats, time: float, along: Floats | None) -> StateReturn:
+    def of(cls, flow: StateFlow, start: Array, time: float, along: Array | None) -> StateReturn:
         """Integrated; steps are across the motion where `along` is its rate, None where the forcing gives the time."""
         width, sizes = flow.width, flow.sizes
         end, matrix = flow.tangents(start, 0.0, time, np.eye(width))
@@ -255,7 +253,7 @@ class StateReturn:
             jacobian[width, :width] = along / sizes
         return cls(start, time, sizes, np.append((end - start) / sizes, 0.0), jacobian, matrix, slope)
 
-    def moved(self, step: Floats) -> tuple[Floats, float]:
+    def moved(self, step: Array) -> tuple[Array, float]:
         """The start and the time after a step."""
         return self.start + step[: len(self.sizes)] * self.sizes, self.time * (1 + float(step[len(self.sizes)]))
 
@@ -276,7 +274,7 @@ def finished(flow: StateFlow, here: StateReturn, forcing_periods: int, rounds: i
     )
 
 
-def sizes_of(orbit: StateOrbit, after: float = 0.0) -> Floats:
+def sizes_of(orbit: StateOrbit, after: float = 0.0) -> Array:
     """What counts as large in each variable: its range along a motion, or, of one that does not change, its size.
 
     Of a motion at rest, which may slip later, slip velocities count by the speed of the masses.

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip import _core
-from stickslip.dynamics.periodic.event_sequence import Floats, read, with_number
+from stickslip.dynamics.periodic.event_sequence import read, with_number
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.scipy_solver import USUAL, Counted, Run, solved
@@ -41,7 +42,7 @@ class StateFlow:
     """
 
     system: Oscillator | System
-    sizes: Floats
+    sizes: Array
     path: str | None = None
     tolerance: float = TOLERANCE
     step: float = STEP
@@ -61,15 +62,15 @@ class StateFlow:
         """How many variables."""
         return len(self.sizes)
 
-    def rates(self, t: float, y: Floats) -> Floats:
+    def rates(self, t: float, y: Array) -> Array:
         """dy/dt."""
         return self._core.rates(t, np.ascontiguousarray(y))
 
-    def velocities(self, t: float, y: Floats) -> Floats:
+    def velocities(self, t: float, y: Array) -> Array:
         """Velocities mass by mass."""
         return self._core.states(np.array([t]), np.ascontiguousarray(y))[0]
 
-    def jacobians(self, t: Floats, y: Floats) -> Floats:
+    def jacobians(self, t: Array, y: Array) -> Array:
         """∂f/∂y along a motion, for states of shape (n, w); shape (n, w, w)."""
         columns = []
         for index, size in enumerate(self.sizes):
@@ -81,7 +82,7 @@ class StateFlow:
             columns.append((ends[1][1] - ends[0][1]) / (ends[1][0] - ends[0][0])[:, None])
         return np.stack(columns, axis=2)
 
-    def tangents(self, start: Floats, t: float, duration: float, basis: Floats) -> tuple[Floats, Floats]:
+    def tangents(self, start: Array, t: float, duration: float, basis: Array) -> tuple[Array, Array]:
         """Where the motion is after a duration, and what becomes of small disturbances there: Φ basis, shape (w, m).
 
         With a `path` the derivative with respect to its number is one more column.
@@ -115,7 +116,7 @@ class StateFlow:
             columns = np.column_stack([columns, along])
         return run.end, columns * self.sizes[:, None]
 
-    def _run(self, start: Floats, t: float, duration: float) -> Run:
+    def _run(self, start: Array, t: float, duration: float) -> Run:
         for method in USUAL:
             rates = Counted(self.rates, _MOST)
             run = solved(method, rates, (t, t + duration), start, rtol=self.tolerance, atol=self.tolerance * self.sizes)
@@ -127,7 +128,7 @@ class StateFlow:
         raise InputError(f"the motion could not be integrated from t = {t:g} over {duration:g}: {why}")
 
 
-def _slopes(core: _core.StateSystem, t: Floats, y: Floats) -> Floats:
+def _slopes(core: _core.StateSystem, t: Array, y: Array) -> Array:
     return core.slopes(np.ascontiguousarray(t), np.ascontiguousarray(y).ravel()).reshape(y.shape)
 
 

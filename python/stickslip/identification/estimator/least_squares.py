@@ -11,8 +11,7 @@ import numpy.typing as npt
 from scipy import optimize
 
 from stickslip.errors import InputError
-
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 OUTLIER = 3.0
 """Residuals beyond that many standard deviations lose weight."""

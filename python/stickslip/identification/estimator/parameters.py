@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 LARGEST_LOGARITHM = 50.0
 """Largest size of a logarithm that is searched."""

@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import brentq
 from scipy.special import chdtri
 
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 BY_CHANCE = 0.01
 """Records whose means would lie so far apart by chance with no more than this probability differ."""

@@ -7,11 +7,9 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.signals.noise import MAD_TO_SIGMA
-
-Array = npt.NDArray[np.float64]
 
 RECURRENT = 0.8
 """Correlation of a motion with itself, some time later, from which on it is said to repeat itself."""

@@ -15,10 +15,9 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.parameters import Parameters
 from stickslip.identification.estimator.residual_statistics import variance_inflation
-
-Array = npt.NDArray[np.float64]
 
 WIDEST = 600.0
 """Largest half-width of an interval of a logarithm, so that its ends are still numbers."""

@@ -8,17 +8,13 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array, Indices
 from stickslip.identification.guesses.guess_data import Guess, GuessData
 from stickslip.identification.kinetic.replayed_motion import Motion, least_climb, velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import BogaczRyczek, Law, StaticFriction
-
-Array = npt.NDArray[np.float64]
-Samples = npt.NDArray[np.int_]
-
 
 FALLS = 0.03
 """A range of the peaks beyond that part of the highest is a fall of f_s(0, δ) with the force rate δ."""
@@ -190,8 +186,8 @@ def _climb_points(loops: Sequence[_Loop], initial: float) -> list[tuple[float, f
 def _loop(record: FrictionRecord) -> _Loop | None:
     motion = Motion.of(record, BogaczRyczek)
     w, force = np.abs(motion.slip_velocity), np.abs(motion.record.force)
-    falling: list[Samples] = []
-    rising: list[tuple[Samples, bool]] = []
+    falling: list[Indices] = []
+    rising: list[tuple[Indices, bool]] = []
     for (first, last), turns in zip(motion.slips, motion.turns, strict=True):
         edges = [first, *[int(i) for i in turns], last - 1]
         for i, (a, b) in enumerate(pairwise(edges)):

@@ -9,10 +9,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import lagrange
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.guesses.bogacz_ryczek_guess import bogacz_ryczek
 from stickslip.identification.guesses.guess_data import Guess, GuessData, need_rows
 from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of, exponential
@@ -33,8 +33,6 @@ from stickslip.laws import (
     StaticKinetic,
 )
 from stickslip.laws.numbers import value, with_values
-
-Array = npt.NDArray[np.float64]
 
 LEVELLED: dict[type[Law], str] = {DwellTime: "limit", LogarithmicDwell: "growth", ForceRate: "limit"}
 """Laws whose static friction grows from a level, their number `kinetic`, and the number that says by how much."""

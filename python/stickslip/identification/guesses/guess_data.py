@@ -7,16 +7,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.static.rows import FEWEST_ROWS, break_away_rows, is_relative
 from stickslip.identification.static.static_fit import StaticFrictionFit, fit_static_friction
 from stickslip.laws import Law
-
-Array = npt.NDArray[np.float64]
 
 DROWNED = 0.3
 """Noise of the instrument beyond that part of the usual fall at a break-away hides where sticks begin and end."""

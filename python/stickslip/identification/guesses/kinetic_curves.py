@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import lsq_linear
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array, Indices
 from stickslip.identification.guesses.guess_data import Guess, GuessData
 from stickslip.identification.kinetic.replayed_motion import without_wiggles
 from stickslip.laws import (
@@ -21,9 +21,6 @@ from stickslip.laws import (
     Tabulated,
     TwoBranch,
 )
-
-Array = npt.NDArray[np.float64]
-Samples = npt.NDArray[np.int_]
 
 NARROW_RANGE = 0.1
 """A range of slip speeds (5th to 95th percentile) within this part of the highest shows no curve."""
@@ -126,7 +123,7 @@ def _cubic(data: GuessData) -> Guess:
     return Guess(Cubic(max(static, 0.0), linear, cubic), ["static", "linear", "cubic"])
 
 
-def _spread(time: Array) -> list[Samples]:
+def _spread(time: Array) -> list[Indices]:
     """Rows at stick times that are spread over their range, both ends among them, however many sticks lie where."""
     groups: list[list[int]] = []
     for row in np.argsort(time):

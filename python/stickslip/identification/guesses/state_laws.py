@@ -7,16 +7,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.guesses.guess_data import Guess, GuessData
 from stickslip.identification.guesses.kinetic_curves import NARROW_RANGE, SHAPES, curve_of, exponential, stribeck_of
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import BoucWen, Coulomb, Dahl, ElastoPlastic, Law, LuGre, RateState, Regularised
 from stickslip.laws.law import force_along
-
-Array = npt.NDArray[np.float64]
 
 STIFF = 0.01
 """Bristles are first taken to deflect by this part of the range of motion."""

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip import _core
-
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array, Indices
 from stickslip.identification.estimator.least_squares import OUTLIER, has_effect, minimize
 from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.residual_statistics import (
@@ -27,9 +28,6 @@ from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.identification.kinetic.force_residuals import OFFSET, Problem
 from stickslip.identification.kinetic.replayed_motion import WITH_MEMORY
 from stickslip.laws import Law
-
-Array = npt.NDArray[np.float64]
-Samples = npt.NDArray[np.int_]
 
 ROUNDS = 4
 """Times that the fit is repeated with new scales and weights."""
@@ -317,7 +315,7 @@ def _repeats(
     inner: Array,
     factor: Array,
     spread: Array,
-    edges: Samples,
+    edges: Indices,
     freedom: Array,
 ) -> tuple[Array, Array]:
     """By how much the variance of each number grows where what the law leaves is there again in every period.
@@ -352,7 +350,7 @@ def _repeats(
     return found.sum(axis=0) / seen.sum(axis=0), 1 / np.sum(share**2 / free, axis=0)
 
 
-def _cycles(problem: Problem, edges: Samples) -> list[list[int]]:
+def _cycles(problem: Problem, edges: Indices) -> list[list[int]]:
     """Where the cycles of each record's kinetic force begin among all rows, for laws with memory.
 
     These carry an error of a turn through all of the climb and the branch that follow. Cycles that are too few for their

@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import has_effect
 from stickslip.identification.estimator.residual_statistics import robust_scale
 from stickslip.identification.estimator.uncertainty import own_error
@@ -20,8 +21,6 @@ from stickslip.identification.records import FrictionRecord
 from stickslip.laws import Coulomb, Law
 from stickslip.laws.numbers import Replacement, numbers, value, with_values
 from stickslip.laws.state_law import StateLaw
-
-Array = npt.NDArray[np.float64]
 
 OFFSET = "offset"
 """Name of the constant in the measured force."""

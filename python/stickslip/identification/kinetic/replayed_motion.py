@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import isotonic_regression
 
+from stickslip.files.arrays import Array, Indices, Mask
 from stickslip.identification.kinetic.displacement_error import DisplacementError, without
 from stickslip.identification.records import FrictionRecord
 from stickslip.laws import (
@@ -27,12 +28,8 @@ from stickslip.laws.law import MotionColumns, motion_columns
 from stickslip.measurement.signals.noise import noise_level
 from stickslip.measurement.signals.sample_runs import runs_of
 
-Array = npt.NDArray[np.float64]
-Samples = npt.NDArray[np.int_]
-Mask = npt.NDArray[np.bool_]
-
 FEWEST_STRETCH_SAMPLES = 12
-"""Samples a stretch must have to be compared."""
+"""Indices a stretch must have to be compared."""
 SMEARED = 4.0
 """Time constants of a filter after which less than a fiftieth of a jump is left."""
 AT_REST = 3.0
@@ -76,7 +73,7 @@ class Motion:
     slip_velocity: Array
     force_rate: Array
     slips: list[tuple[int, int]]
-    turns: list[Samples]
+    turns: list[Indices]
     stretches: list[tuple[int, int]]
     law: type[Law]
     latent: DisplacementError | None
@@ -153,7 +150,7 @@ class Motion:
 
     @property
     def _together(self) -> float:
-        """Samples whose errors go together in a smoothed record: half a period of its cut-off."""
+        """Indices whose errors go together in a smoothed record: half a period of its cut-off."""
         known = self.record.constants
         return max(0.5 / (known["slip_cutoff"] * self.record.step), 1.0) if "slip_cutoff" in known else 1.0
 
@@ -285,7 +282,7 @@ class Motion:
         return self.record.slip_velocity - self.slip_velocity
 
     @cached_property
-    def _compared(self) -> tuple[Samples, tuple[int, ...]]:
+    def _compared(self) -> tuple[Indices, tuple[int, ...]]:
         """The samples of all stretches, one after the other, and how many each has."""
         samples = [np.arange(a, b) for a, b in self.stretches]
         return np.concatenate(samples), tuple(part.size for part in samples)
@@ -326,7 +323,7 @@ def velocity_error(record: FrictionRecord) -> Array:
     return np.full(record.time.size, velocity_noise(record) or noise_level(record.slip_velocity))
 
 
-def without_wiggles(record: FrictionRecord) -> tuple[Array, list[tuple[int, int]], list[Samples]]:
+def without_wiggles(record: FrictionRecord) -> tuple[Array, list[tuple[int, int]], list[Indices]]:
     """Slip velocity monotone between its turning points, the slips of one sense, and the turning points of each.
 
     A turning point stands out by four standard errors of w, and by 2 % of its range where the record does not state them.
@@ -340,7 +337,7 @@ def without_wiggles(record: FrictionRecord) -> tuple[Array, list[tuple[int, int]
         least = 4 * float(np.median(record.slip_velocity_error))
     sure = np.abs(w) > SENSE * velocity_error(record)
     slips: list[tuple[int, int]] = []
-    turns: list[Samples] = []
+    turns: list[Indices] = []
     for begin, end in record.slips:
         sense = _senses(record, sure, begin, end)
         w[begin:end] = np.where(w[begin:end] * sense < 0, 0.0, w[begin:end])
@@ -386,7 +383,7 @@ def _senses(record: FrictionRecord, sure: Mask, first: int, last: int) -> Array:
     return np.repeat(senses, [run.size for run in runs])
 
 
-def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, last: int) -> Mask:
+def _unresolved(record: FrictionRecord, w: Array, turns: Indices, first: int, last: int) -> Mask:
     """Where w has turned up and not yet risen by what can be seen: friction may climb there unseen.
 
     A climb so steep that the noise of w would make more of it than the noise of the force is left out to its top, and so
@@ -423,7 +420,7 @@ def _unresolved(record: FrictionRecord, w: Array, turns: Samples, first: int, la
     return hidden
 
 
-def _near_turns(record: FrictionRecord, w: Array, turns: Samples, first: int, last: int) -> Mask:
+def _near_turns(record: FrictionRecord, w: Array, turns: Indices, first: int, last: int) -> Mask:
     """Where w is not told apart from that of a turn beside it."""
     near = np.zeros(last - first, dtype=bool)
     for i in turns.tolist():
@@ -439,7 +436,7 @@ def least_climb(noise: float, spans: Sequence[float], share: float = NARROW_CLIM
     return float(max(6 * noise, share * float(np.median(spans))))
 
 
-def _alternating(speed: Array, inner: Samples) -> Samples:
+def _alternating(speed: Array, inner: Indices) -> Indices:
     """Of neighbours of one kind keep the farther one out, so that maxima and minima take turns."""
     kept: list[int] = []
     kinds: list[bool] = []

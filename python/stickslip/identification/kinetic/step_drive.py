@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import xarray as xr
 
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import project_out
-
-Array = npt.NDArray[np.float64]
 
 GAP = 0.3
 """Ramp of the drive from one speed to the next, as a part of the shorter hold, above which it is no step."""

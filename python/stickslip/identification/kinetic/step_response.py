@@ -9,20 +9,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import xarray as xr
 from scipy.integrate import odeint
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.records import opened
 from stickslip.laws.law import save_law
 from stickslip.laws.numbers import pointers, units_of
 from stickslip.laws.rate_state import RateState
-
-Array = npt.NDArray[np.float64]
 
 OF_CONTACT = (
     Parameter("a", logarithmic=True),

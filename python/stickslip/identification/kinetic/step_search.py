@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
-
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 LENGTHS, EFFECTS, STIFFNESSES = (0.1, 0.3, 1.0, 3.0), (0.4, 0.8, 1.0, 1.4), (1.0, 6.0, 40.0)
 """Contacts that are tried before the search: D_c over the path of the decay, b / a, and κ D_c / a."""

@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import Minimum, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.residual_statistics import correlation_time
@@ -39,8 +40,6 @@ from stickslip.identification.kinetic.step_search import (
     with_limits,
 )
 from stickslip.laws.rate_state import RateState
-
-Array = npt.NDArray[np.float64]
 
 OF_STEP = (*OF_CONTACT, Parameter("reference_friction"), Parameter("drift", unit="1/m"), Parameter("delay", unit="s"))
 CONTACT, WITH_STEP, DRIFT = len(OF_CONTACT), len(OF_STEP), 5

@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import linear, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameters
 from stickslip.identification.estimator.uncertainty import estimate, half_width
@@ -38,8 +39,6 @@ from stickslip.identification.kinetic.step_search import (
     with_limits,
 )
 from stickslip.laws.rate_state import RateState
-
-Array = npt.NDArray[np.float64]
 
 NAMES = tuple(parameter.name for parameter in OF_CONTACT)
 LEAST_STEPS = 4

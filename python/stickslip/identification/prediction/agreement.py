@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.spatial import cKDTree
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.files.units import to_error
@@ -27,8 +27,6 @@ from stickslip.measurement.signals.spectra import main_line
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
-
-Array = npt.NDArray[np.float64]
 
 CYCLES = 40
 """Measured cycles that the simulated motion covers, transient included."""

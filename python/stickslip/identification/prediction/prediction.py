@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import nnls
 from scipy.special import ndtr, stdtrit
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
@@ -41,8 +41,6 @@ from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.spectra import main_line
 from stickslip.model.system import Oscillator
 from stickslip.simulation.simulate import simulate
-
-Array = npt.NDArray[np.float64]
 
 REACH = 2.0
 """Half-width of an interval in standard deviations: of two or three records these are known too poorly for more."""

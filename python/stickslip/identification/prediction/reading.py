@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.files.checks import number
@@ -24,8 +23,6 @@ from stickslip.measurement.signals.presmooth import Presmoothed
 from stickslip.measurement.signals.turning_points import find_flanks
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

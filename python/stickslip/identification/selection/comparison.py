@@ -9,10 +9,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.files.progress import waiting_by_stage
@@ -38,8 +38,6 @@ from stickslip.laws import (
     Tabulated,
 )
 from stickslip.laws.state_law import StateLaw
-
-Array = npt.NDArray[np.float64]
 
 PARTS = 5
 """Blocks of time into which a few records are cut."""

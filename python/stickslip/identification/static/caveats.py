@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.files.units import unit_of
@@ -15,8 +14,6 @@ from stickslip.identification.estimator.residual_statistics import robust_scale
 from stickslip.identification.static.form_fit import StaticFit, choose
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.identification.static.rows import FEWEST_ROWS, common_error, one_rate
-
-Array = npt.NDArray[np.float64]
 
 TOGETHER = 0.5
 """Correlation of stick time with time beyond which a drift may pass for growth."""

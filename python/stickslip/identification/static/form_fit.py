@@ -12,14 +12,13 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import OUTLIER, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.residual_statistics import robust_scale
 from stickslip.identification.estimator.uncertainty import correlated_covariance, estimate, own_error
 from stickslip.identification.static.forms import BY_RATIO, Form, forms
 from stickslip.identification.static.rows import common_error
-
-Array = npt.NDArray[np.float64]
 
 UNDETERMINED = 1e-5
 """Numbers of a form of which a combination changes the forces less than this part of what each does alone are not told."""

@@ -7,11 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.laws.static_surface import static_surface
-
-Array = npt.NDArray[np.float64]
 
 #: Positive numbers, fitted by their logarithm.
 BY_RATIO = ("rate", "exponent", "scale", "onset")

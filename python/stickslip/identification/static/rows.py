@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.residual_statistics import robust_scale
 from stickslip.identification.records import FrictionRecord
-
-Array = npt.NDArray[np.float64]
 
 FEWEST_ROWS = 5
 SAME_RATE = 1.5

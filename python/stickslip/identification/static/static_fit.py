@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import tomli_w
 
@@ -31,8 +30,6 @@ from stickslip.identification.static.caveats import (
 from stickslip.identification.static.form_fit import NEAR, StaticFit, choose, fit_forms
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.identification.static.rows import FEWEST_ROWS, break_away_rows, is_relative, on_loading_line
-
-Array = npt.NDArray[np.float64]
 
 SHOWN = 3
 """Forms that a picture shows."""

@@ -13,10 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.uncertainty import estimate, half_width
-
-Array = npt.NDArray[np.float64]
 
 BLOCKS = 8
 """Stretches of a record that are held back in turn; of a table with few rows each row is."""

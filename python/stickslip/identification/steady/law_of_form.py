@@ -8,12 +8,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.identification.steady.curves import SteadyFit
 from stickslip.laws import Asymmetric, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, PoppStelter, Tabulated
-
-Array = npt.NDArray[np.float64]
 
 BEYOND = 1000.0
 """A logarithm goes on to so many times the fastest speed measured."""

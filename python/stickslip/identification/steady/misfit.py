@@ -6,14 +6,12 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import linear
 from stickslip.identification.estimator.residual_statistics import cluster_scores
 from stickslip.identification.steady.curves import BLOCKS, FreeCurve, Rows, SteadyFit
 from stickslip.identification.steady.single_form_fit import linear_losses
-
-Array = npt.NDArray[np.float64]
 
 GAIN = 0.02
 """A form whose mean squared misfit of held-back rows is less than this share lower predicts no better, however surely."""

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import linear
 from stickslip.identification.estimator.record_scatter import record_scatter
 from stickslip.identification.estimator.residual_statistics import correlation_time, recurrence
@@ -28,8 +28,6 @@ from stickslip.identification.steady.curves import (
     SteadyFit,
     table_of,
 )
-
-Array = npt.NDArray[np.float64]
 
 TOO_NEAR = 1e-13
 """Columns whose products leave less than this of each other are one and the same."""

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.disk import write_text
 from stickslip.files.units import unit_of
 from stickslip.identification.estimator.result import Result, in_digits
@@ -24,8 +24,6 @@ from stickslip.identification.steady.steady_notes import at_rest
 from stickslip.laws import Law
 from stickslip.laws.law import law_file
 from stickslip.laws.numbers import pointers, units_of, value
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -12,14 +12,13 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.kinetic.replayed_motion import SENSE
 from stickslip.identification.records import both_senses, stated_units
 from stickslip.identification.steady.curves import COLUMNS, Rows
 from stickslip.identification.steady.single_form_fit import inertia_error
 from stickslip.measurement.instruments.errors_of_means import median_and_error
 from stickslip.measurement.signals.noise import noise_level
-
-Array = npt.NDArray[np.float64]
 
 SLOW = 0.05
 """Below this share of its top speed a record is asked whether friction is a function of the slip velocity at all."""

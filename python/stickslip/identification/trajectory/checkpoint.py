@@ -11,16 +11,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 import tomli_w
 
+from stickslip.files.arrays import Array
 from stickslip.files.disk import write_text
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification
     from stickslip.identification.trajectory.search import Shooting
 
-Array = npt.NDArray[np.float64]
 Best = tuple[float, Array]
 
 

@@ -19,13 +19,12 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import OUTLIER
 from stickslip.identification.estimator.residual_statistics import robust_scale
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.laws import Law
 from stickslip.laws.numbers import pointers, value, with_values
-
-Array = npt.NDArray[np.float64]
 
 OWN = ("break_away", "limit", "static_friction.initial", "growth", "static", "break_away[0].force")
 """The number in which one stick differs from the other, the first of these that a law, or the static part of a combined one,

@@ -9,10 +9,10 @@ from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array, Mask
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.tangent import Tangent, why_differences
 from stickslip.laws import Law
@@ -20,9 +20,6 @@ from stickslip.measurement.signals.noise import noise_level
 from stickslip.model.system import Oscillator
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 TRANSIENT = 25.0
 """Natural periods that the simulated motion is given to settle, from a state of the measured one."""

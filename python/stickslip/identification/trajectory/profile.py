@@ -7,14 +7,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.special import ndtri
 
+from stickslip.files.arrays import Array
+
 if TYPE_CHECKING:
     from stickslip.identification.trajectory.single_shooting import SingleShooting
-
-Array = npt.NDArray[np.float64]
 
 END_TOLERANCE = 0.02
 """Standard deviations to which the end of an interval is found."""

@@ -8,17 +8,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.checkpoint import Best, Checkpoint
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification
 
-Array = npt.NDArray[np.float64]
 Progress = Callable[[str, int, int], Any]
 
 LIKE_NOISE = 1.05

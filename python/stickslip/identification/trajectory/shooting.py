@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number
 from stickslip.files.progress import waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
@@ -28,8 +28,6 @@ from stickslip.laws.numbers import check_names
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification
-
-Array = npt.NDArray[np.float64]
 
 DISAGREE = 3.0
 """Standard errors by which two ways through the same records may differ."""

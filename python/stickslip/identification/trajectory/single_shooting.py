@@ -8,11 +8,11 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.special import chdtri
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import has_effect, levenberg_marquardt, minimize, robust
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.residual_statistics import correlation_time, recurrence, variance_inflation
@@ -22,8 +22,6 @@ from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.search import LIKE_NOISE, Refined, distance
 from stickslip.identification.trajectory.tangent import why_differences
 from stickslip.laws.state_law import StateLaw
-
-Array = npt.NDArray[np.float64]
 
 SHARES = (0.1, 0.35, 1.0)
 """Shares of each record that are fitted one after the other."""

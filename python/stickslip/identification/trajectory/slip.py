@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.motion_misfit import moving
 from stickslip.laws import Law
 from stickslip.model.system import Oscillator
 from stickslip.simulation.simulate import simulate
-
-Array = npt.NDArray[np.float64]
 
 FEWEST_SLIP_SAMPLES = 8
 """Samples a slip must have to tell a law anything."""

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.sparse import csr_array
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import OUTLIER, levenberg_marquardt
 from stickslip.identification.estimator.residual_statistics import correlation_time, robust_scale
 from stickslip.identification.estimator.uncertainty import inverse
@@ -40,8 +40,6 @@ from stickslip.measurement.signals.noise import noise_level
 
 if TYPE_CHECKING:
     from stickslip.identification.result import Identification
-
-Array = npt.NDArray[np.float64]
 
 FEWEST_SLIPS_PER_NUMBER = 5
 """Slips for each free number that are needed."""

@@ -10,12 +10,11 @@ from scipy.interpolate import CubicHermiteSpline
 
 from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.laws import Law
 from stickslip.laws.numbers import pointers
 from stickslip.laws.state_law import StateLaw
 from stickslip.simulation.orbit import Orbit
-
-Array = npt.NDArray[np.float64]
 
 KNOTS = 16
 """Knots in a natural period; between them a derivative is the cubic through its values and slopes, good to 10⁻⁴ of itself."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.files.units import unit_suffix
-
-Array = npt.NDArray[np.float64]
 
 DITHERED = 0.4
 """Noise of so many steps ahead of the converter makes its error one of noise."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.measurement.read import Record
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.noise import line_excess, mains_hum
-
-Array = npt.NDArray[np.float64]
 
 
 def without_mains(record: Record, rig: Rig, notes: list[str]) -> Array:

@@ -11,6 +11,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import minimize_scalar
 from scipy.special import i0e
 
+from stickslip.files.arrays import Array
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction
@@ -19,8 +20,6 @@ from stickslip.measurement.rigs.rig import RigUnits
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import presmooth
 from stickslip.measurement.signals.turning_points import find_flanks
-
-Array = npt.NDArray[np.float64]
 
 LEAST_STICKS = 4
 """Fewer sticks do not show that they share a line."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import fdtrc
 
+from stickslip.files.arrays import Array
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.signals.presmooth import Presmoothed
 from stickslip.measurement.signals.turning_points import Flanks
-
-Array = npt.NDArray[np.float64]
 
 FEWEST_CYCLES = 6
 """Fewer cycles show no drift."""

@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import maximum_filter1d
 
+from stickslip.files.arrays import Array
 from stickslip.files.units import unit_suffix
-
-Array = npt.NDArray[np.float64]
 
 SIDE = 6
 """Samples on each side of which a parabola is taken."""

@@ -6,9 +6,8 @@ import re
 from datetime import datetime, timedelta
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 STAMP = re.compile(
     r"(?:(?P<date>\d{4}-\d{1,2}-\d{1,2}|\d{4}/\d{1,2}/\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4}|\d{1,2}/\d{1,2}/\d{4})[ T]+)?"

@@ -10,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import did_you_mean
 from stickslip.files.units import contradicts, of_other_kinds, unit_in_name
-
-Array = npt.NDArray[np.float64]
 
 
 def whole_name(column: str | int, names: Collection[str]) -> str | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.units import unit_suffix
@@ -17,8 +16,6 @@ from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import Presmoothed, natural_period
 from stickslip.measurement.signals.spectra import Line
 from stickslip.measurement.signals.turning_points import Flanks
-
-Array = npt.NDArray[np.float64]
 
 MOSTLY_SLOW = 0.4
 """Share of slow time below which the main line of a record is that of the oscillator."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import Presmoothed, natural_period
 from stickslip.measurement.signals.spectra import Line, main_line
 from stickslip.measurement.signals.turning_points import Flanks
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,17 +6,15 @@ import math
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.signals.noise import MAD_TO_SIGMA
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import Presmoothed, natural_period
 from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.turning_points import Flanks
-
-Array = npt.NDArray[np.float64]
 
 STANDS, DRIVEN = 0.1, 0.5
 """Parts of its speed below which a drive that stops is seen to move the spring, and above which it does just before."""

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.measurement.disturbances.mains import without_mains
 from stickslip.measurement.disturbances.zero_jump import ZeroJump, zero_jumps
 from stickslip.measurement.indirect.consistency import check_sampling
@@ -16,8 +16,6 @@ from stickslip.measurement.read import Record
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
-
-Array = npt.NDArray[np.float64]
 
 LEAST_NOISE = 1e-5
 """Of the range of a record: with less noise each slip would be told from a stick by what the splines of the fit round off."""

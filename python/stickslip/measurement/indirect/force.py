@@ -12,10 +12,9 @@ import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 from scipy.special import erfc
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.indirect.stick_candidates import Stick
 from stickslip.measurement.signals.piecewise_fit import Part, PiecewiseFit
-
-Array = npt.NDArray[np.float64]
 
 FEWEST_SLIPS, LEAST_OF_SLIP = 5, 20
 """Slips that tell how they swing, and samples of each."""

@@ -7,16 +7,14 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import logsumexp
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.indirect.force import Friction, Release
 from stickslip.measurement.indirect.stick_candidates import Stick
 from stickslip.measurement.indirect.stick_limits import FEW_PER_PERIOD
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import natural_period
-
-Array = npt.NDArray[np.float64]
 
 LONGEST_PERIODS = 0.75
 """So much of a period of the free mass is looked at in each slip: what follows tells of other things than the release."""

@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.consistency import MOSTLY_SLOW
@@ -23,8 +22,6 @@ from stickslip.measurement.indirect.stick_candidates import (
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.presmooth import natural_period
-
-Array = npt.NDArray[np.float64]
 
 DRIVE_MISTAKEN = 0.1
 """A drive velocity is known better than this."""

@@ -10,14 +10,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import chdtri
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.regime import quiet_window
 from stickslip.measurement.signals.presmooth import Presmoothed
 from stickslip.measurement.signals.turning_points import Flanks
-
-Array = npt.NDArray[np.float64]
 
 AT_REST = 0.05
 """A creeping stick must come to rest: to this fraction of the drive velocity, or to within its noise."""

@@ -14,16 +14,13 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import LinAlgError
 from scipy.optimize import minimize, minimize_scalar
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.indirect.stick_candidates import Stick
 from stickslip.measurement.signals.presmooth import natural_period
 from stickslip.measurement.signals.slip_evidence import Evidence, SlipModel, integrated_evidence
-
-Array = npt.NDArray[np.float64]
-
 
 Joint = Literal["before", "hard", "soft"]
 """The slip that a capture ends; the slip after a break-away where the friction force jumps, or does not."""

@@ -9,12 +9,11 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.measurement.instruments.errors_of_means import block_error
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.smooth import jerk_spline
-
-Array = npt.NDArray[np.float64]
 
 
 def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 
 def block_error(values: Array, blocks: int = 10) -> float:

@@ -18,8 +18,6 @@ from stickslip.measurement.signals.clocks.clock_offset import LEAST_SAMPLES as L
 from stickslip.measurement.signals.clocks.clock_offset import spring_offset
 from stickslip.measurement.signals.turning_points import turning_points
 
-Array = npt.NDArray[np.float64]
-
 AS_STATED = 0.02
 """A loading rate that differs from stiffness x drive velocity by less than this part is as the rig says."""
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline
-
-Array = npt.NDArray[np.float64]
 
 MODELS = {
     "Coulomb + viscous": (0, 1),

@@ -13,14 +13,13 @@ import tomli_w
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.schema import Document, Says, check_keys, kind_of
 from stickslip.files.units import find_unit, quantity, si_unit
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.read import check_finite, check_increasing, in_window, one_segment, read_table, table_of
 from stickslip.measurement.rigs.layout import Layout
 from stickslip.measurement.signals.reading_faults import reading_faults
-
-Array = npt.NDArray[np.float64]
 
 LEAST_SAMPLES = 32
 LENGTHS = ("length", "speed")

@@ -9,11 +9,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline
-
-Array = npt.NDArray[np.float64]
 
 DELAYS = (-1, 0, 1)
 """Samples by which a log may write the current late or early against the position."""

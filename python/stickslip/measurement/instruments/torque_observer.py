@@ -13,8 +13,6 @@ from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.spectra import main_line
 
-Array = npt.NDArray[np.float64]
-
 SLOW = 0.2
 """A joint slower than this share of its mean speed is taken as standing still."""
 LEAST_RUN_SAMPLES = 16

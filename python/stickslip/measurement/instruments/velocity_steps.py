@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 from scipy.ndimage import median_filter
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.measurement.instruments.errors_of_means import block_error
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.signals.noise import noise_level
-
-Array = npt.NDArray[np.float64]
 
 SAME_SPEED = 1.2
 """Neighbouring stretches whose speeds differ by less than this ratio are one hold."""

@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import tomli_w
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number
 from stickslip.measurement.rigs.rig import Rig
-
-Array = npt.NDArray[np.float64]
 
 EACH = ("mass", "drive_velocity", "rest", "noise", "effective_mass")
 """Keys that may be a list, one number a mass."""

@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 DEGREE = 5
 """Of the polynomial taken out of each stretch: creep, the swing of a mass that does not stick, and a slow ripple."""

@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import binary_closing, median_filter, uniform_filter1d
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.signals.sample_runs import runs_of
-
-Array = npt.NDArray[np.float64]
 
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of normal numbers over the median of their sizes."""

@@ -13,7 +13,8 @@ from scipy.interpolate import BSpline
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.optimize import minimize_scalar
 
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
+
 Kind = Literal["slip", "creep", "rest"]
 Part = Literal["slip", "creep"]
 

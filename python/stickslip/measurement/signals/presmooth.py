@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

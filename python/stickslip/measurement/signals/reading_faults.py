@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.signals.noise import piles_up
-
-Array = npt.NDArray[np.float64]
 
 CODE_SPANS = 5.0
 """A value that lies outside all others by more than this many of their spans is a code."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
-
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 TURN_LEVEL = 0.3
 """Of its usual size a force must have on both sides of zero to turn."""

@@ -12,9 +12,8 @@ from scipy.interpolate import BSpline
 from scipy.linalg import LinAlgError
 
 from stickslip import _core
+from stickslip.files.arrays import Array
 from stickslip.measurement.signals.piecewise_fit import DEGREE, OscillatorConstants
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

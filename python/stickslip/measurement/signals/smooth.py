@@ -10,14 +10,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.measurement.signals.noise import noise_level
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
-
-Array = npt.NDArray[np.float64]
 
 ORDER = 3
 """Of the local polynomials."""

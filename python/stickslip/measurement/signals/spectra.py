@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 STRONG = 0.3
 """A line with that part of the power of the highest is as good a main line."""

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.signals.presmooth import Presmoothed
-
-Array = npt.NDArray[np.float64]
 
 
 def turning_points(values: Array, least: float) -> tuple[list[int], list[int]]:

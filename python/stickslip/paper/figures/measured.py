@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from stickslip.files.arrays import Array
 from stickslip.measurement import Rig, measure
 from stickslip.measurement.signals.turning_points import turning_points
 from stickslip.paper import oscillator
@@ -16,8 +17,6 @@ from stickslip.paper.figures.motion import TITLE
 from stickslip.show import BRANCH_COLOURS, OKABE_ITO, new_axes
 from stickslip.show.canvas import words
 from stickslip.simulation.simulate import simulate
-
-Array = NDArray[np.float64]
 
 _NOISE, _STEP, _SEED = 1e-3, 0.02, 20190
 

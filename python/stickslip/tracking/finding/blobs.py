@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip import _core
-from stickslip.tracking.finding.detections import Array, Detections, Row
+from stickslip.files.arrays import Array
+from stickslip.tracking.finding.detections import Detections, Row
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.video.vision import vision
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 MAD_TO_SIGMA = 1.4826
 """Standard deviation of normal numbers over the median of their sizes."""

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import Array
+from stickslip.files.arrays import Array
 
 MARGIN = 8
 """Px of picture around a piece that its spline sees; what is farther away changes it by less than 1e-4."""

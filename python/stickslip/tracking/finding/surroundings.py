@@ -7,7 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
+from stickslip.files.arrays import Array
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.video.vision import vision
 

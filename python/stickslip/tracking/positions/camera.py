@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.tracking.finding.detections import Array
+from stickslip.files.arrays import Array
 from stickslip.tracking.positions.size_changes import FEWEST_PICTURES
 
 if TYPE_CHECKING:

@@ -9,9 +9,8 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
-
-Indices = npt.NDArray[np.int64]
+from stickslip.files.arrays import Array, Indices
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA
 
 NEAR = 1.2
 """Two markers whose centres are so many diameters apart touch, or nearly."""

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
+from stickslip.files.arrays import Array
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA
 from stickslip.tracking.positions.size_changes import FEWEST_PICTURES, USUAL
 
 ORDERS = (6, 8, 10)

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
+from stickslip.files.arrays import Array
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA
 
 FEWEST_PICTURES = 30
 """Steps from which what is usual can be told."""

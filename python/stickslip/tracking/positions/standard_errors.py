@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from stickslip.files.arrays import Array
 from stickslip.tracking.finding.blobs import LEAST_ERROR
-from stickslip.tracking.finding.detections import Array
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.finding.surroundings import share_that_passes
 from stickslip.tracking.positions.scatter import scatter, size_scatter

@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.checks import number
 from stickslip.files.schema import check_keys
-from stickslip.tracking.finding.detections import MAD_TO_SIGMA, Array
+from stickslip.tracking.finding.detections import MAD_TO_SIGMA
 from stickslip.tracking.scale.ruler import find_marks
 from stickslip.tracking.video.source import read_picture
 from stickslip.tracking.video.vision import vision

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.tracking.finding.detections import Array
+from stickslip.files.arrays import Array
 from stickslip.tracking.video.source import Picture
 from stickslip.tracking.video.vision import vision
 

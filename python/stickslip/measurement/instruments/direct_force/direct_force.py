@@ -13,7 +13,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion, DirectRun, Mask, motion_of
+from stickslip.files.arrays import Array, Mask
+from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion, DirectRun, motion_of
 from stickslip.measurement.instruments.direct_force.force_clock import (
     force_of_current,
     on_one_clock,
@@ -33,8 +34,6 @@ from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.noise import lone_spikes, noise_level
 from stickslip.measurement.signals.signs import notes_on_signs
 from stickslip.measurement.signals.spectra import main_line
-
-Array = npt.NDArray[np.float64]
 
 OSCILLATOR = ("mass", "stiffness", "damping")
 """What the contact hangs on, where a law is to be set in motion: of a torsional record inertia, N m/rad and N m s/rad."""

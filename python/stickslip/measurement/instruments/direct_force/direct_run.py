@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array, Mask
 from stickslip.measurement.instruments.instrument import InstrumentRig, Samples
 from stickslip.measurement.signals.smooth import jerk_spline
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

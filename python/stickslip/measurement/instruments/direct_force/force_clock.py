@@ -6,14 +6,12 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion, motion_of, moved_channel
 from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, InstrumentRig, Samples
 from stickslip.measurement.signals.clocks.clock_offset import LEAST_CORRELATION, Offset, clock_offset, inertia_offset
-
-Array = npt.NDArray[np.float64]
 
 
 def force_of_current(samples: Samples, motion: Samples, rig: InstrumentRig) -> Samples:

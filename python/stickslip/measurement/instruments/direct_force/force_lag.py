@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import cumulative_trapezoid
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion
 from stickslip.measurement.instruments.instrument import Samples
 from stickslip.measurement.signals.clocks.clock_offset import Offset
@@ -16,8 +17,6 @@ from stickslip.measurement.signals.clocks.lag_at_slips import FEWEST_SLIPS, lag_
 from stickslip.measurement.signals.clocks.lag_over_speed import lag_over_speed
 from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.smooth import jerk_spline
-
-Array = npt.NDArray[np.float64]
 
 
 def notes_on_lag(record: Samples, motion: DirectMotion, clock_offset: float) -> list[str]:

@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 from scipy.special import ndtr
 
+from stickslip.files.arrays import Array, Mask
 from stickslip.measurement.instruments.direct_force.direct_run import DirectRun
 from stickslip.measurement.result import event_table
 from stickslip.measurement.signals.noise import noise_level
 from stickslip.measurement.signals.sample_runs import runs_of
-
-Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 QUARTILE = 0.3186
 """Of the size of a normal variable, in standard deviations."""

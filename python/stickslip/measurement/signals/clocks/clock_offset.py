@@ -7,11 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
-
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 MOST_OFFSETS = 200_000
 """Offsets of two clocks that are tried."""

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from stickslip.files.arrays import Array
 from stickslip.measurement.signals.clocks.clock_offset import LEAST_SAMPLES, STAMP_ERROR, Offset
-
-Array = npt.NDArray[np.float64]
 
 FEWEST_SLIPS = 4
 """Of a record, for a lag to be told."""

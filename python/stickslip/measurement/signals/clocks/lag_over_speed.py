@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.integrate import cumulative_trapezoid
 
-Array = npt.NDArray[np.float64]
+from stickslip.files.arrays import Array
 
 SPEED_BINS = 24
 """Ranges of speed."""
