@@ -9,7 +9,7 @@ from typing import Any
 from stickslip.cli.terminal import Commands, save_figure, say, say_written
 from stickslip.errors import InputError
 from stickslip.files.disk import write_text
-from stickslip.files.units import rounded
+from stickslip.files.units import rounded, unit_suffix
 
 OF_A_FORCE = {"N": {"velocity": "m/s", "time": "s"}, "N m": {"velocity": "rad/s", "time": "s"}}
 """Units beside one of force, in files that hold no other."""
@@ -68,12 +68,12 @@ def run(options: argparse.Namespace) -> None:
     for name in numbers(law):
         number, error = value(law, name), errors.get(name)
         stated = f"{number:.6g}" if error is None else rounded(number, error)
-        say(f"  {name:24s}{stated}{_unit(units.get(name))}")
+        say(f"  {name:24s}{stated}{unit_suffix(units.get(name))}")
     speeds, rests = (_measured(source, name) for name in ("slip_velocity", "stick_time"))
     fastest = speeds[1] if speeds else None
     if fastest is not None:
-        after = f" and rests of {rests[0]:.3g} to {rests[1]:.3g}{_unit(of('time'))}" if rests else ""
-        say(f"  fitted to slip velocities up to {fastest:.3g}{_unit(of('velocity'))}{after}")
+        after = f" and rests of {rests[0]:.3g} to {rests[1]:.3g}{unit_suffix(of('time'))}" if rests else ""
+        say(f"  fitted to slip velocities up to {fastest:.3g}{unit_suffix(of('velocity'))}{after}")
     beside = source.get("beside_friction", {}) if isinstance(source, dict) else {}
     for name, size in beside.items():
         say(f"  beside friction: {name} = {size}")
@@ -104,7 +104,3 @@ def _measured(source: Any, name: str) -> tuple[float, float] | None:
         return None
     low, high = map(float, found)
     return (low, high) if 0 <= low <= high > 0 else None
-
-
-def _unit(unit: str | None) -> str:
-    return "" if unit in (None, "1") else f" {unit}"

@@ -301,13 +301,13 @@ def check_one_kind(table: Mapping[str, object], where: str) -> None:
         )
 
 
-def unit_suffix(unit: str) -> str:
-    """A unit as it stands behind a number in a sentence; nothing behind a pure number.
+def unit_suffix(unit: str | None) -> str:
+    """A unit as it stands behind a number in a sentence; nothing behind a pure number or where it is not known.
 
     >>> unit_suffix("N"), unit_suffix("1")
     (' N', '')
     """
-    return "" if unit == "1" else f" {unit}"
+    return "" if unit in (None, "1") else f" {unit}"
 
 
 def rounded(value: float, error: float) -> str:

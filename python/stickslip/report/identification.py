@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.files.units import rounded
+from stickslip.files.units import rounded, unit_suffix
 from stickslip.identification.estimator.residual_statistics import correlation_time
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.prediction.agreement import compare_motion
@@ -139,8 +139,8 @@ def _best_known(table: pd.DataFrame, units: Mapping[str, str]) -> dict[str, str]
     best = relative.index[relative < DISTINCT][:3]
     key = {}
     for name in (name for name in table.index if name in best):
-        unit = "" if (unit := units.get(str(name), "1")) == "1" else f" {unit}"
-        key[str(name)] = rounded(float(table.loc[name, "value"]), float(table.loc[name, "error"])) + unit
+        known = rounded(float(table.loc[name, "value"]), float(table.loc[name, "error"]))
+        key[str(name)] = known + unit_suffix(units.get(str(name)))
     return key
 
 

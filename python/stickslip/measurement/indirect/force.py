@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from scipy.special import erfc
 from stickslip.files.arrays import Array
 from stickslip.measurement.indirect.stick_candidates import Stick
 from stickslip.measurement.signals.piecewise_fit import Part, PiecewiseFit
+from stickslip.measurement.signals.sample_runs import runs_of
 
 FEWEST_SLIPS, LEAST_OF_SLIP = 5, 20
 """Slips that tell how they swing, and samples of each."""
@@ -147,8 +147,8 @@ def restoring_excess(friction: Friction) -> tuple[float, float]:
     -------
     excess, error : 0 and infinity with fewer than `FEWEST_SLIPS` slips of `LEAST_OF_SLIP` samples.
     """
-    edges = np.flatnonzero(np.diff(friction.stuck.astype(np.int8)))
-    spans = [(a + 1, b + 1) for a, b in pairwise(edges.tolist()) if friction.stuck[a] and b - a >= LEAST_OF_SLIP]
+    last = len(friction.stuck)
+    spans = [(a, b) for a, b in runs_of(~friction.stuck) if a > 0 and b < last and b - a >= LEAST_OF_SLIP]
     if len(spans) < FEWEST_SLIPS:
         return 0.0, math.inf
     slips = [np.arange(a + (b - a) // 10, b - (b - a) // 10) for a, b in spans]

@@ -13,6 +13,7 @@ from stickslip.files.arrays import Array
 from stickslip.measurement.instruments.errors_of_means import block_error
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.result import facts_of_runs, friction_tree
+from stickslip.measurement.signals.sample_runs import runs_of
 from stickslip.measurement.signals.smooth import jerk_spline
 
 
@@ -121,17 +122,15 @@ def _run(record: Samples, area: float, rig: InstrumentRig) -> dict[str, float]:
     errors: dict[int, list[float]] = {1: [], -1: []}
     speeds: dict[int, list[float]] = {1: [], -1: []}
     # a stroke is a stretch inside the range that moves one way from one end of it to the other
-    edges = np.flatnonzero(np.diff(inside.astype(np.int8))) + 1
-    for part in np.split(np.arange(len(x)), edges):
-        if len(part) < 5 or not inside[part[0]]:
+    for first, end in runs_of(inside):
+        way = float(x[end - 1] - x[first])
+        if end - first < 5 or abs(way) < 0.8 * (high - low):
             continue
-        way = float(x[part[-1]] - x[part[0]])
-        if abs(way) < 0.8 * (high - low):
-            continue
+        part = slice(first, end)
         sense = 1 if way > 0 else -1
         levels[sense].append(float(np.mean(friction[part])))
         errors[sense].append(block_error(friction[part]))
-        speeds[sense].append(way / float(record.time[part[-1]] - record.time[part[0]]))
+        speeds[sense].append(way / float(record.time[end - 1] - record.time[first]))
     if bool(levels[1]) != bool(levels[-1]):
         raise InputError(
             f"{record.source}: every whole stroke goes {'out' if levels[1] else 'in'}; friction is half of what the force "
