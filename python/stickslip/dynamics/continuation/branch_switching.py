@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, consistent, corrected, evaluate
 from stickslip.dynamics.continuation.branch import Branch, Branches, SpecialPoint
+from stickslip.dynamics.continuation.conditions import PARAMETER
 from stickslip.dynamics.continuation.switching_boundaries import beyond
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.event_sequence import pointer
@@ -19,8 +20,6 @@ from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.simulation.time_limit import TimeLimit
 
-#: Where in a direction the parameter stands.
-_PARAMETER = -1
 #: How far beside the special point the other branch is looked for, in sizes of the motion.
 _ASIDE = (1e-3, 3e-3, 1e-2, 3e-4)
 
@@ -100,7 +99,7 @@ def _aside(point: Point, family: Family, *, double: bool) -> Point | None:
             leap = sign * size * across
             start = replace(sequence, start=moved(here, leap[here.coordinates] * sizes).start)
             try:
-                found = corrected(start, forcing_periods, family, point.values + leap[_PARAMETER] * span, sign * across)
+                found = corrected(start, forcing_periods, family, point.values + leap[PARAMETER] * span, sign * across)
             except (Lost, InputError):
                 continue
             apart = np.abs(found.here.sequence.start[here.coordinates] - here.sequence.start[here.coordinates]) / sizes

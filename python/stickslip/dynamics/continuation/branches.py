@@ -23,6 +23,7 @@ from stickslip.dynamics.continuation.branch import (
     same_motion,
 )
 from stickslip.dynamics.continuation.coexistence import other_motions
+from stickslip.dynamics.continuation.conditions import PARAMETER
 from stickslip.dynamics.continuation.cycle_at_hopf_point import born
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
@@ -38,9 +39,6 @@ from stickslip.files.checks import number, whole_number
 from stickslip.files.progress import waiting
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
-
-#: Where in a direction the parameter stands.
-_PARAMETER = -1
 
 
 def continuation(
@@ -307,7 +305,7 @@ def both_ways(
         return any(lies_on(branch, cycle, value, family) for branch in known)
 
     def go(sign: float) -> Branch:
-        way = start.direction * math.copysign(1.0, start.direction[_PARAMETER]) * sign
+        way = start.direction * math.copysign(1.0, start.direction[PARAMETER]) * sign
         return Walk(family, most, progress, limit, met).go(replace(start, direction=way))
 
     return both_ways_of(go)

@@ -18,7 +18,7 @@ from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 
 #: Where in a direction the parameter stands.
-_PARAMETER = -1
+PARAMETER = -1
 #: Kinds of special points that :func:`determinant` knows.
 BY_MULTIPLIERS = ("fold", "flip", "neimark_sacker")
 #: Steps of the difference, relative to the size of a number.
@@ -48,7 +48,7 @@ def torus(values: Any) -> float:
 
 #: Test functions along a branch; the tangent of the branch tells folds from branch points.
 TESTS: dict[str, Callable[[OnCurve], float]] = {
-    "fold": lambda point: float(point.direction[_PARAMETER]),
+    "fold": lambda point: float(point.direction[PARAMETER]),
     "branch_point": lambda point: float(np.prod(1 - point.nontrivial).real),
     "flip": lambda point: float(np.prod(point.nontrivial + 1).real),
     "neimark_sacker": lambda point: torus(point.nontrivial),

@@ -20,14 +20,13 @@ from stickslip.dynamics.continuation.arclength import (
     labels,
 )
 from stickslip.dynamics.continuation.branch import extremes
+from stickslip.dynamics.continuation.conditions import PARAMETER
 from stickslip.dynamics.periodic.cycles import find, one_period
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, SECTION, EventSequence, with_number
 from stickslip.dynamics.periodic.newton import Lost
 from stickslip.dynamics.periodic.poincare_map import Return, return_of
 from stickslip.errors import InputError
 
-#: Where in a direction the parameter stands.
-_PARAMETER = -1
 _STICK = BOUNDARIES.index("stick")
 #: The share of a period below which a slip between two sticks is about to vanish.
 _SHORT = 0.02
@@ -231,7 +230,7 @@ def beyond(boundary: Point, old: Return, family: Family, ways: tuple[float, ...]
                 continue
             if not _meets(point, boundary, family):
                 continue
-            direction = point.direction * math.copysign(1.0, point.direction[_PARAMETER]) * sign
+            direction = point.direction * math.copysign(1.0, point.direction[PARAMETER]) * sign
             return replace(point, direction=direction), sign
     return None
 

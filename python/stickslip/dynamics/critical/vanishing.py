@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
+from stickslip.dynamics.continuation.conditions import PARAMETER
 from stickslip.dynamics.periodic.cycles import finished
 from stickslip.dynamics.periodic.event_sequence import EventSequence
 from stickslip.dynamics.periodic.newton import Lost
 from stickslip.dynamics.periodic.poincare_map import size_of
 from stickslip.errors import InputError
 
-#: Where in a direction the parameter stands.
-_PARAMETER = -1
 #: Cycles that are followed on the way, each of half the size, and how many of them are extrapolated.
 _MOST, _USED = 16, 7
 #: A cycle of less than this share of the one before it has vanished on the way.
@@ -53,7 +52,7 @@ def vanishing_stick(point: Point, family: Family) -> tuple[float, Point] | None:
 def _longer(point: Point, family: Family) -> Point | None:
     """A cycle that sticks for long enough: where the capture is nearly tangent, rounding grows with its inverse square."""
     span = float(family.scales(point.values)[0])
-    way = np.copysign(1.0, point.direction[_PARAMETER])
+    way = np.copysign(1.0, point.direction[PARAMETER])
     back = -1e-4 * span * way
     while stick_time(point) < _LEAST * point.here.period:
         target = float(point.values[0]) + back
@@ -80,7 +79,7 @@ def _limit(point: Point, family: Family, measure: Callable[[Point], float]) -> t
     """
     span = float(family.scales(point.values)[0])
     parameters, sizes = [float(point.values[0])], [measure(point)]
-    target = parameters[0] + np.copysign(1e-4 * span, point.direction[_PARAMETER])
+    target = parameters[0] + np.copysign(1e-4 * span, point.direction[PARAMETER])
     estimates: list[float] = []
     followed: list[Point] = []
     for _ in range(_MOST):
@@ -144,7 +143,7 @@ def _towards(point: Point, target: float, family: Family) -> EventSequence:
     here = point.here
     span = float(family.scales(point.values)[0])
     start = here.sequence.start.copy()
-    leap = (target - float(point.values[0])) / span / point.direction[_PARAMETER]
+    leap = (target - float(point.values[0])) / span / point.direction[PARAMETER]
     start[here.coordinates] += (
         leap * point.direction[here.coordinates] * size_of(here.sequence.system, start, here.coordinates)
     )
