@@ -15,6 +15,7 @@ from stickslip.dynamics.continuation.arclength import Label, Point
 from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.cycles import unchecked
 from stickslip.errors import InputError, Interrupted
+from stickslip.files.arrays import Array, Indices
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
@@ -314,6 +315,14 @@ class Branches(ByContent, InNotebook):
 def range_of(cycle: Cycle) -> tuple[float, float]:
     """Least and greatest position of a cycle."""
     return extremes(cycle.orbit)
+
+
+def crossings(branch: Branch, value: float) -> tuple[Indices, Array]:
+    """Where a branch has the value: the points just before, and the share of the way from each to the next."""
+    values = np.asarray(branch.values)
+    near = np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0)
+    gaps = values[near + 1] - values[near]
+    return near, np.divide(value - values[near], gaps, out=np.zeros(len(near)), where=gaps != 0)
 
 
 def same_motion(one: Cycle, other: Cycle) -> bool:

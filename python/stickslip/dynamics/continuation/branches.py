@@ -18,6 +18,7 @@ from stickslip.dynamics.continuation.branch import (
     OtherMotion,
     SpecialPoint,
     both_ways_of,
+    crossings,
     first_of,
     range_of,
     same_motion,
@@ -246,8 +247,7 @@ def lies_on(branch: Branch, cycle: Cycle, value: float, family: Family | None = 
     """Whether a cycle is one that the branch has already; with a family, the branch is closed anew at that value."""
     if branch.kind != "cycle":
         return False
-    values = np.asarray(branch.values)
-    near = np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0)
+    near, _ = crossings(branch, value)
     low, high = range_of(cycle)
     size = max(high - low, 1e-300)
     if any(abs(branch.x_max[i] - high) < 0.1 * size and abs(branch.x_min[i] - low) < 0.1 * size for i in near):

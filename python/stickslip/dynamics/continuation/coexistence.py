@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
 from stickslip.dynamics.basins_of_attraction import basins
-from stickslip.dynamics.continuation.branch import Branch, OtherMotion
+from stickslip.dynamics.continuation.branch import Branch, OtherMotion, crossings
 from stickslip.model.system import Oscillator
 
 #: How far beyond the motions that are known starts lie, over their extent.
@@ -59,10 +58,7 @@ def _reach(system: Oscillator, branches: Sequence[Branch]) -> tuple[float, float
 
 def _has(branch: Branch, value: float, x: tuple[float, float], reach: float) -> bool:
     """Whether a branch has a motion of that range at the value."""
-    values: Any = np.asarray(branch.values)
-    near = np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0)
-    gaps = values[near + 1] - values[near]
-    shares = np.divide(value - values[near], gaps, out=np.zeros(len(near)), where=gaps != 0)
+    near, shares = crossings(branch, value)
     size = max(x[1] - x[0], _REST * reach)
     for column, end in ((branch.x_min, x[0]), (branch.x_max, x[1])):
         ends = np.asarray(column)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
-from stickslip.dynamics.continuation.branch import Branch
+from stickslip.dynamics.continuation.branch import Branch, crossings
 from stickslip.dynamics.continuation.branches import born_branch, lies_on
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.critical.end_of_run import EndOfRun
@@ -107,11 +107,9 @@ def _decays(system: Oscillator | System, speed: float, look: EndOfRun) -> bool:
 
 def _passes(branch: Branch, speed: float, look: EndOfRun) -> bool:
     """Whether a branch has a cycle as large as that of a run."""
-    values, sizes = np.asarray(branch.values), np.subtract(branch.x_max, branch.x_min)
-    near = np.flatnonzero((values[:-1] - speed) * (values[1:] - speed) <= 0)
-    # Near a Hopf point neighbours differ much.
-    gaps = values[near + 1] - values[near]
-    shares = np.divide(speed - values[near], gaps, out=np.zeros(len(near)), where=gaps != 0)
+    # Near a Hopf point neighbours differ much, so sizes are taken between them.
+    near, shares = crossings(branch, speed)
+    sizes = np.subtract(branch.x_max, branch.x_min)
     there = sizes[near] + shares * (sizes[near + 1] - sizes[near])
     return bool((np.abs(there - 2 * look.size) < 0.1 * there).any())
 
