@@ -55,6 +55,10 @@ TESTS: dict[str, Callable[[OnCurve], float]] = {
 }
 
 
+#: A parameter that changes by no more than this along a curve stands still: the sign of the change is rounding.
+STILL = 1e-11
+
+
 def zeros(
     tests: Mapping[str, Callable[[Curve], float]],
     point: Curve,
@@ -70,7 +74,12 @@ def zeros(
     near : of the root, as a share of the step.
     """
     for name, test in tests.items():
-        before, after = test(point), test(ahead)
+        before = test(point)
+        if name == "fold":
+            if abs(before) <= STILL:
+                continue
+            test = partial(_until_still, before)
+        after = test(ahead)
         if not (np.isfinite([before, after]).all() and before * after < 0):
             continue
         # A multiplier is 1 at a fold, too.
@@ -79,6 +88,12 @@ def zeros(
         with contextlib.suppress(Lost, InputError):
             found = between(root(partial(_along, test, between), before, after, near))
             yield name, found
+
+
+def _until_still(before: float, point: OnCurve) -> float:
+    """How the parameter changes along the curve, which began with `before`; where it stands still, as if beyond a fold."""
+    change = TESTS["fold"](point)
+    return change if abs(change) > STILL else -math.copysign(STILL, before)
 
 
 def _along(test: Callable[[Curve], float], between: Callable[[float], Curve], share: float) -> float:
