@@ -1,6 +1,6 @@
 //! The motion of one mass in closed form, segment by segment.
 
-use super::crossings::{Crossings, Receiver, Stride};
+use super::crossings::{self, Receiver, Stride};
 use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
@@ -324,6 +324,16 @@ impl<const H: usize> ClosedPhase<H> {
         }
     }
 
+    /// Where it is after a time, at a position and a velocity.
+    fn at(&self, tau: f64, [x, v]: [f64; 2]) -> Point {
+        Point {
+            t: self.clock.after(tau).high,
+            x,
+            v,
+            w: if self.sticks { 0.0 } else { self.drive_velocity - v },
+        }
+    }
+
     /// A line of the phase plane at constant velocity.
     fn cross_steady(
         &self,
@@ -355,44 +365,41 @@ impl<const H: usize> Course for ClosedPhase<H> {
     }
 
     fn point(&self, _contact: usize, tau: f64) -> Point {
-        let (x, v) = match &self.motion {
-            Motion::Steady { x, v } => (x + v * tau, *v),
+        let state = match &self.motion {
+            Motion::Steady { x, v } => [x + v * tau, *v],
             Motion::Slip(slip, _) => {
                 let basis = slip.basis(tau);
-                (slip.position(tau, &basis), slip.v.at(&basis))
+                [slip.position(tau, &basis), slip.v.at(&basis)]
             }
         };
-        Point {
-            t: self.clock.after(tau).high,
-            x,
-            v,
-            w: if self.sticks { 0.0 } else { self.drive_velocity - v },
-        }
+        self.at(tau, state)
     }
 
     fn sticks(&self, _contact: usize) -> bool {
         self.sticks
     }
 
-    fn cross(
+    fn cross<const N: usize>(
         &self,
         _contact: usize,
-        cut: &mut Cut,
+        mut cuts: [&mut Cut; N],
         span: (f64, f64),
         watched: &mut Watched,
-        found: &mut impl FnMut(Point),
+        found: &mut impl FnMut(usize, Point),
     ) {
         match &self.motion {
-            Motion::Steady { x, v } => self.cross_steady(cut, (*x, *v), span, found),
+            Motion::Steady { x, v } => {
+                for (which, cut) in cuts.into_iter().enumerate() {
+                    self.cross_steady(cut, (*x, *v), span, &mut |point| found(which, point));
+                }
+            }
             Motion::Slip(slip, stride) => {
-                let crossings = Crossings::new(slip, cut);
                 let mut receiver = Receiver {
-                    cut,
                     watched,
-                    point: |t| self.point(0, t),
+                    point: |tau, state| self.at(tau, state),
                     found,
                 };
-                crossings.between(span, stride, &mut receiver);
+                crossings::between(slip, &mut cuts, span, stride, &mut receiver);
             }
         }
     }

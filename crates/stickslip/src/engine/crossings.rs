@@ -70,11 +70,73 @@ struct Sample {
 
 /// Who receives the crossings.
 pub(super) struct Receiver<'a, 'w, P, F> {
-    pub(super) cut: &'a mut Cut,
     pub(super) watched: &'a mut Watched<'w>,
-    /// The state at a time.
+    /// The point at a time, of a position and a velocity.
     pub(super) point: P,
     pub(super) found: F,
+}
+
+/// A root, as a short step from a time at which the motion is known.
+struct Root<const H: usize> {
+    t: f64,
+    basis: Basis<H>,
+    step: f64,
+}
+
+/// Tell of every crossing of some surfaces from one time to another, all of them seen at the same samples.
+pub(super) fn between<const H: usize, const N: usize, P, F>(
+    slip: &Slip<H>,
+    cuts: &mut [&mut Cut; N],
+    (from, to): (f64, f64),
+    usual: &Stride<H>,
+    receiver: &mut Receiver<P, F>,
+) where
+    P: Fn(f64, [f64; 2]) -> Point,
+    F: FnMut(usize, Point),
+{
+    let crossings = cuts.each_ref().map(|cut| Crossings::new(slip, cut));
+    let Receiver {
+        watched,
+        point,
+        found,
+    } = receiver;
+    let mut t = from;
+    while t < to {
+        let mut basis = slip.basis(t);
+        let mut left = crossings.each_ref().map(|crossings| crossings.sample(t, &basis));
+        // What grows does so by a factor of e in a cell, at the most.
+        let reaches = left.iter().map(|left| reach(left.bound[0], left.bound[1]));
+        let reach = reaches.fold(1.0 / slip.decay.growing(), f64::min);
+        let h = (SAMPLE_SHARE * reach).min(to - t).max(4.0 * f64::EPSILON * t);
+        let own = (h > 2.0 * usual.h).then(|| Stride::over(slip, h));
+        let Stride { h, basis: step } = own.as_ref().unwrap_or(usual);
+        for _ in 0..CELLS_BETWEEN_EXACT {
+            if watched.ends(t) {
+                return;
+            }
+            basis = basis.after(step, &slip.decay);
+            for which in 0..N {
+                let right = crossings[which].sample(t + h, &basis);
+                let mut receiver = Receiver {
+                    watched,
+                    point: &*point,
+                    found: |point| found(which, point),
+                };
+                crossings[which].cell(
+                    cuts[which],
+                    (&left[which], &right),
+                    to,
+                    MOST_CELL_HALVINGS,
+                    &mut receiver,
+                );
+                left[which] = right;
+            }
+            t += h;
+            if t >= to {
+                return;
+            }
+        }
+    }
 }
 
 impl<'a, const H: usize> Crossings<'a, H> {
@@ -158,38 +220,24 @@ impl<'a, const H: usize> Crossings<'a, H> {
         self.sample(t, &self.slip.basis(t))
     }
 
-    /// Tell of every crossing from one time to another.
-    pub(super) fn between<P, F>(
-        &self,
-        (from, to): (f64, f64),
-        usual: &Stride<H>,
-        receiver: &mut Receiver<P, F>,
-    ) where
-        P: Fn(f64) -> Point,
-        F: FnMut(Point),
-    {
-        let mut t = from;
-        while t < to {
-            let mut basis = self.slip.basis(t);
-            let mut left = self.sample(t, &basis);
-            // What grows does so by a factor of e in a cell, at the most.
-            let reach = reach(left.bound[0], left.bound[1]).min(1.0 / self.slip.decay.growing());
-            let h = (SAMPLE_SHARE * reach).min(to - t).max(4.0 * f64::EPSILON * t);
-            let own = (h > 2.0 * usual.h).then(|| Stride::over(self.slip, h));
-            let Stride { h, basis: step } = own.as_ref().unwrap_or(usual);
-            for _ in 0..CELLS_BETWEEN_EXACT {
-                if receiver.watched.ends(t) {
-                    return;
-                }
-                basis = basis.after(step, &self.slip.decay);
-                let right = self.sample(t + h, &basis);
-                self.cell(&left, &right, to, MOST_CELL_HALVINGS, receiver);
-                (t, left) = (t + h, right);
-                if t >= to {
-                    return;
-                }
-            }
-        }
+    /// Position and velocity at a time.
+    fn state(&self, t: f64) -> [f64; 2] {
+        let basis = self.slip.basis(t);
+        [self.slip.position(t, &basis), self.slip.v.at(&basis)]
+    }
+
+    /// The same at a root.
+    fn state_at(&self, &Root { t, ref basis, step }: &Root<H>) -> [f64; 2] {
+        let Slip {
+            v, decay, frequency, ..
+        } = self.slip;
+        let a = v.derivative(decay, frequency);
+        let jerk = a.derivative(decay, frequency);
+        let snap = jerk.derivative(decay, frequency).at(basis);
+        let [v, a, jerk] = [v, &a, &jerk].map(|signal| signal.at(basis));
+        let x = self.slip.position(t, basis);
+        let by = |of: [f64; 4]| of[0] + step * (of[1] + step * (0.5 * of[2] + step * (1.0 / 6.0) * of[3]));
+        [by([x, v, a, jerk]), by([v, a, jerk, snap])]
     }
 
     /// How large the value may be by rounding between two samples.
@@ -199,25 +247,36 @@ impl<'a, const H: usize> Crossings<'a, H> {
 
     /// Tell of the crossings between two samples; those after `to` do not count.
     #[inline]
-    fn cell<P, F>(&self, left: &Sample, right: &Sample, to: f64, halvings: u32, receiver: &mut Receiver<P, F>)
-    where
-        P: Fn(f64) -> Point,
+    fn cell<P, F>(
+        &self,
+        cut: &mut Cut,
+        (left, right): (&Sample, &Sample),
+        to: f64,
+        halvings: u32,
+        receiver: &mut Receiver<&P, F>,
+    ) where
+        P: Fn(f64, [f64; 2]) -> Point,
         F: FnMut(Point),
     {
         let (noise, sign) = (self.noise(left, right), left.d[0].signum());
         if least(left, right, 0, sign) > noise {
-            receiver
-                .cut
-                .see(sign, || (receiver.point)(left.t), &mut receiver.found);
+            let point = || (receiver.point)(left.t, self.state(left.t));
+            cut.see(sign, point, &mut receiver.found);
         } else {
-            self.near(left, right, to, halvings, receiver);
+            self.near(cut, (left, right), to, halvings, receiver);
         }
     }
 
     /// The same where the surface may be met.
-    fn near<P, F>(&self, left: &Sample, right: &Sample, to: f64, halvings: u32, receiver: &mut Receiver<P, F>)
-    where
-        P: Fn(f64) -> Point,
+    fn near<P, F>(
+        &self,
+        cut: &mut Cut,
+        (left, right): (&Sample, &Sample),
+        to: f64,
+        halvings: u32,
+        receiver: &mut Receiver<&P, F>,
+    ) where
+        P: Fn(f64, [f64; 2]) -> Point,
         F: FnMut(Point),
     {
         let noise = self.noise(left, right);
@@ -226,42 +285,41 @@ impl<'a, const H: usize> Crossings<'a, H> {
         let fastest = larger(left.bound[2], right.bound[2]) / larger(left.bound[1], right.bound[1]);
         if (starts || ends) && least(left, right, 1, (end - begin).signum()) > noise * fastest {
             // It is met once at the most.
+            let at_left = || (receiver.point)(left.t, self.state(left.t));
             if starts {
-                receiver
-                    .cut
-                    .see(begin.signum(), || (receiver.point)(left.t), &mut receiver.found);
+                cut.see(begin.signum(), at_left, &mut receiver.found);
             }
-            if ends && end.signum() != receiver.cut.side() {
-                let root = if starts { self.root(left, right) } else { left.t };
-                if root <= to {
-                    receiver
-                        .cut
-                        .see(end.signum(), || (receiver.point)(root), &mut receiver.found);
+            if ends && end.signum() != cut.side() {
+                if !starts {
+                    if left.t <= to {
+                        cut.see(end.signum(), at_left, &mut receiver.found);
+                    }
+                    return;
+                }
+                let root = self.root(left, right);
+                let t = root.t + root.step;
+                if t <= to {
+                    let point = || (receiver.point)(t, self.state_at(&root));
+                    cut.see(end.signum(), point, &mut receiver.found);
                 }
             }
         } else if right.t > to {
-            self.cell(left, &self.exact(to), to, halvings, receiver);
+            self.cell(cut, (left, &self.exact(to)), to, halvings, receiver);
         } else if (starts || ends) && halvings > 0 {
             let middle = self.exact(0.5 * (left.t + right.t));
-            self.cell(left, &middle, to, halvings - 1, receiver);
-            self.cell(&middle, right, to, halvings - 1, receiver);
+            self.cell(cut, (left, &middle), to, halvings - 1, receiver);
+            self.cell(cut, (&middle, right), to, halvings - 1, receiver);
         } else {
             let unit = self.slip.decay.time();
             let guard = |t| self.guard(t, unit);
+            let point = |t| (receiver.point)(t, self.state(t));
             let span = (left.t, right.t);
-            receiver.cut.march(
-                span,
-                unit,
-                receiver.watched,
-                &guard,
-                &receiver.point,
-                &mut receiver.found,
-            );
+            cut.march(span, unit, receiver.watched, &guard, &point, &mut receiver.found);
         }
     }
 
     /// The root between two samples on different sides, where the slope keeps its sign.
-    fn root(&self, left: &Sample, right: &Sample) -> f64 {
+    fn root(&self, left: &Sample, right: &Sample) -> Root<H> {
         let (mut low, mut high) = (left.t, right.t);
         let sign = left.d[0].signum();
         let ends = [left, right].map(|sample| [0, 1, 2].map(|n| sign * sample.d[n]));
@@ -282,11 +340,15 @@ impl<'a, const H: usize> Crossings<'a, H> {
             let next = t + step;
             let inside = low <= next && next <= high;
             if inside && step.abs() <= SHORT_STEP * d {
-                return next;
+                return Root { t, basis, step };
             }
             t = if inside { next } else { 0.5 * (low + high) };
         }
-        0.5 * (low + high)
+        Root {
+            t,
+            basis: self.slip.basis(t),
+            step: 0.0,
+        }
     }
 }
 
@@ -306,7 +368,7 @@ fn least(left: &Sample, right: &Sample, order: usize, sign: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Crossings, Receiver, Stride};
+    use super::{Crossings, Receiver, Stride, between};
     use crate::clock::Clock;
     use crate::event::Work;
     use crate::flow::exact::Frame;
@@ -343,25 +405,27 @@ mod tests {
                 let (mut found, mut marched) = (Vec::new(), Vec::new());
                 let (mut work, mut go_on) = (Work::default(), || true);
                 let watched = &mut Watched::new(&mut work, &mut go_on);
-                let point = |t| Point {
-                    t,
-                    x: 0.0,
-                    v: 0.0,
-                    w: 0.0,
-                };
+                let point = |t, [x, v]: [f64; 2]| Point { t, x, v, w: 0.3 - v };
                 let (span, unit) = ((part(13), 30.0 + part(17)), slip.decay.time());
                 let guard = |t| crossings.guard(t, unit);
-                marched_cut.march(span, unit, watched, &guard, &point, &mut |point| {
+                let exact = |t| point(t, crossings.state(t));
+                marched_cut.march(span, unit, watched, &guard, &exact, &mut |point| {
                     marched.push(point.t);
                 });
-                let (cut, found_one) = (&mut cut, |point: Point| found.push(point.t));
                 let mut receiver = Receiver {
-                    cut,
                     watched,
                     point,
-                    found: found_one,
+                    found: |_, point: Point| {
+                        let off = exact(point.t);
+                        let least = [point.x - off.x, point.v - off.v];
+                        assert!(
+                            least.iter().all(|off| off.abs() < 1e-13),
+                            "{case} {normal:?}: {least:?}"
+                        );
+                        found.push(point.t);
+                    },
                 };
-                crossings.between(span, &Stride::of(&slip), &mut receiver);
+                between(&slip, &mut [&mut cut], span, &Stride::of(&slip), &mut receiver);
                 assert_eq!(
                     found.len(),
                     marched.len(),

@@ -139,14 +139,17 @@ impl Course for Between {
         self.stuck
     }
 
-    fn cross(
+    fn cross<const N: usize>(
         &self,
         _contact: usize,
-        cut: &mut Cut,
+        cuts: [&mut Cut; N],
         span: (f64, f64),
         watched: &mut Watched,
-        found: &mut impl FnMut(Point),
+        found: &mut impl FnMut(usize, Point),
     ) {
-        self.track().cross(self.clock, cut, span, watched, found);
+        let track = self.track();
+        for (which, cut) in cuts.into_iter().enumerate() {
+            track.cross(self.clock, cut, span, watched, &mut |point| found(which, point));
+        }
     }
 }

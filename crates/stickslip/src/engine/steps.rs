@@ -186,15 +186,18 @@ impl Course for Step<'_> {
         self.force_lines[contact].direction == 0.0
     }
 
-    fn cross(
+    fn cross<const N: usize>(
         &self,
         contact: usize,
-        cut: &mut Cut,
+        cuts: [&mut Cut; N],
         span: (f64, f64),
         watched: &mut Watched,
-        found: &mut impl FnMut(Point),
+        found: &mut impl FnMut(usize, Point),
     ) {
-        self.track(contact).cross(self.clock, cut, span, watched, found);
+        let track = self.track(contact);
+        for (which, cut) in cuts.into_iter().enumerate() {
+            track.cross(self.clock, cut, span, watched, &mut |point| found(which, point));
+        }
     }
 }
 

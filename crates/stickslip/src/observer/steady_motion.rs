@@ -220,7 +220,13 @@ impl Observer for Watch<'_> {
         }
         widen(x, first.x);
         widen(w, first.w);
-        course.cross(contact, &mut self.cut_x, span, watched, &mut |point| {
+        let cuts = [&mut self.cut_x, &mut self.cut_w];
+        course.cross(contact, cuts, span, watched, &mut |which, point| {
+            if which == 1 {
+                widen(w, point.w);
+                keep(extrema_w, *points, point.w);
+                return;
+            }
             widen(x, point.x);
             keep(extrema_x, *points, point.x);
             // Returns and maxima in the order of time.
@@ -230,10 +236,6 @@ impl Observer for Watch<'_> {
             }
             *loops += u32::from(*rises);
             *rises = !*rises;
-        });
-        course.cross(contact, &mut self.cut_w, span, watched, &mut |point| {
-            widen(w, point.w);
-            keep(extrema_w, *points, point.w);
         });
         for point in met.drain(..) {
             keep(returns, *most, (point, *loops));
