@@ -11,7 +11,7 @@ from stickslip.identification import identify
 from stickslip.identification.kinetic.replayed_motion import Motion
 from stickslip.identification.records import read_records
 from stickslip.measurement import Rig, measure, motion
-from stickslip.measurement.indirect.stick_limits import FINEST, _OneStick, _peak
+from stickslip.measurement.indirect.sticks.resting_sticks import FINEST, _OneStick, _peak
 
 LAW = ss.laws.StaticKinetic(break_away=1.2, kinetic=0.7)
 DRIVE, DAMPING, STEP = 0.1, 0.05, 2 * np.pi / 60

@@ -16,7 +16,7 @@ import pandas as pd
 from stickslip.files.checks import number
 from stickslip.identification.kinetic.replayed_motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
-from stickslip.measurement.indirect.stick_candidates import creeping_sticks
+from stickslip.measurement.indirect.sticks.creeping_sticks import creeping_sticks
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.presmooth import Presmoothed

@@ -11,7 +11,7 @@ from stickslip.files.units import unit_suffix
 from stickslip.measurement.disturbances.ripple import find_ripple
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction
-from stickslip.measurement.indirect.stick_candidates import Stick
+from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.coloured_noise import Colour, noise_colour
 from stickslip.measurement.signals.presmooth import presmooth

@@ -15,7 +15,7 @@ from stickslip.files.arrays import Array
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction
-from stickslip.measurement.indirect.stick_candidates import Stick
+from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.rigs.rig import RigUnits
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import presmooth

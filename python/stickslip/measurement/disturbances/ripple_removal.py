@@ -8,7 +8,8 @@ from stickslip.measurement.disturbances.ripple import RemovedRipple, find_ripple
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.draft_fit import fit_pieces, fit_resting_sticks
 from stickslip.measurement.indirect.recalibration import most_mistaken, resting_sticks
-from stickslip.measurement.indirect.stick_candidates import Stick, creep_delay, creeping_sticks
+from stickslip.measurement.indirect.sticks.creeping_sticks import creep_delay, creeping_sticks
+from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.rigs.rig import Rig
 
 UNSEEN = 2.0

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.measurement.indirect.force import Friction, Release
-from stickslip.measurement.indirect.stick_candidates import Stick
+from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.result import event_table
 from stickslip.measurement.rigs.rig import RigUnits
 

@@ -9,7 +9,7 @@ import numpy as np
 from stickslip.errors import InputError
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.force import Friction, likeliest_inertia, restoring_excess
-from stickslip.measurement.indirect.stick_limits import BLUR, FEW_PER_PERIOD
+from stickslip.measurement.indirect.sticks.resting_sticks import BLUR, FEW_PER_PERIOD
 from stickslip.measurement.read import Record
 from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants

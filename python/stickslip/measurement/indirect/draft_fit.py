@@ -1,7 +1,7 @@
 """Friction and sticks of a draft: limits of the sticks and cut-off of the slips, fitted by turns.
 
-Here it is chosen how sticks are decided: for a mass that creeps by `creeping_sticks` in `stick_candidates`, for one that does
-not by `refine_sticks` in `stick_limits`. Whether it creeps was found before, in `method` (`Draft.resting`).
+Here it is chosen how sticks are decided: for a mass that creeps by `creeping_sticks`, for one that does
+not by `refine_sticks` in `resting_sticks`. Whether it creeps was found before, in `method` (`Draft.resting`).
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ import numpy as np
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction, friction_force
 from stickslip.measurement.indirect.hidden_fall import with_hidden_fall
-from stickslip.measurement.indirect.stick_candidates import Stick, creeping_sticks, resting_candidates
-from stickslip.measurement.indirect.stick_limits import refine_sticks
+from stickslip.measurement.indirect.sticks.creeping_sticks import creeping_sticks
+from stickslip.measurement.indirect.sticks.resting_sticks import refine_sticks, resting_candidates
+from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.regime import Regime, regime, slow_share
 from stickslip.measurement.signals.piecewise_fit import Kind, Part, PiecewiseFit
 from stickslip.measurement.signals.presmooth import cutoff_limits, natural_period

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import erfc
 
 from stickslip.files.arrays import Array
-from stickslip.measurement.indirect.stick_candidates import Stick
+from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.signals.piecewise_fit import Part, PiecewiseFit
 from stickslip.measurement.signals.sample_runs import runs_of
 

@@ -11,8 +11,8 @@ from scipy.special import logsumexp
 
 from stickslip.files.arrays import Array
 from stickslip.measurement.indirect.force import Friction, Release
-from stickslip.measurement.indirect.stick_candidates import Stick
-from stickslip.measurement.indirect.stick_limits import FEW_PER_PERIOD
+from stickslip.measurement.indirect.sticks.resting_sticks import FEW_PER_PERIOD
+from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import natural_period
 

@@ -40,8 +40,10 @@ from stickslip.measurement.indirect.recalibration import (
     recalibrated,
     resting_sticks,
 )
-from stickslip.measurement.indirect.stick_candidates import Stick, creep_delay, stick_slope
-from stickslip.measurement.indirect.stick_limits import BLUR
+from stickslip.measurement.indirect.sticks.creeping_sticks import creep_delay
+from stickslip.measurement.indirect.sticks.resting_sticks import BLUR
+from stickslip.measurement.indirect.sticks.stick import Stick
+from stickslip.measurement.indirect.sticks.stick_slopes import stick_slope
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.regime import regime_notes
 from stickslip.measurement.rigs.rig import Rig

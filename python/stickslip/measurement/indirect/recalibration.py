@@ -10,15 +10,10 @@ import numpy as np
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.consistency import MOSTLY_SLOW
 from stickslip.measurement.indirect.draft import Draft
-from stickslip.measurement.indirect.stick_candidates import (
-    Stick,
-    StickSlope,
-    creeping_sticks,
-    is_resting,
-    resting_candidates,
-    resting_slope,
-    stick_slope,
-)
+from stickslip.measurement.indirect.sticks.creeping_sticks import creeping_sticks
+from stickslip.measurement.indirect.sticks.resting_sticks import resting_candidates
+from stickslip.measurement.indirect.sticks.stick import Stick
+from stickslip.measurement.indirect.sticks.stick_slopes import StickSlope, is_resting, resting_slope, stick_slope
 from stickslip.measurement.regime import regime, slow_share
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.presmooth import natural_period

@@ -1,8 +1,4 @@
-"""Where the mass may stick: candidates for sticks, whether the mass creeps in them, and the sticks of one that creeps.
-
-The sticks of a mass that creeps are decided here (`creeping_sticks`); those of a mass that does not are kept, dropped and
-ended in `stick_limits` (`refine_sticks`). Which of the two applies is chosen in `draft_fit` (`fit_draft`).
-"""
+"""How fast the spring is wound up while the mass sticks, and whether it rests or creeps then."""
 
 from __future__ import annotations
 
@@ -13,40 +9,15 @@ import numpy as np
 from scipy.special import chdtri
 
 from stickslip.files.arrays import Array
+from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.regime import quiet_window
 from stickslip.measurement.signals.presmooth import Presmoothed
 from stickslip.measurement.signals.turning_points import Flanks
 
-AT_REST = 0.05
-"""A creeping stick must come to rest: to this fraction of the drive velocity, or to within its noise."""
-CREEP_LEVEL = 0.5
-"""A creeping stick ends where the slip velocity passes this fraction of the drive velocity."""
 UNEVEN = 0.01
 """A drive may run so unevenly, as a share of its speed, from one stick to the next."""
 COLOURED = 2.0
 """Noise need not be white: the slopes of sticks may scatter with so many times the variance that white noise gives."""
-
-
-@dataclass(frozen=True)
-class Stick:
-    """One stick; `starts` and `ends` tell whether its limits lie inside the record.
-
-    Its end is `sure` where enough of the slip after it is seen.
-    """
-
-    start: float
-    end: float
-    start_error: float
-    end_error: float
-    starts: bool = True
-    ends: bool = True
-    sure: bool = True
-
-    @property
-    def middle_half(self) -> tuple[float, float]:
-        """Middle half of what is surely the stick: its end may be guessed too late."""
-        quarter = max(self.end - self.end_error - self.start, 0.0) / 4
-        return self.start + quarter, self.start + 3 * quarter
 
 
 def local_slopes(time: Array, extension: Array, weight: Array, flanks: Flanks, window: int) -> Array:
@@ -121,85 +92,6 @@ def _mode(values: Array) -> float:
     for value in inner:
         density += np.exp(-0.5 * ((grid - value) / width) ** 2)
     return float(grid[np.argmax(density)])
-
-
-def _creep_level(presmoothed: Presmoothed, drive_velocity: float) -> float:
-    """Slip velocity that bounds the sticks of a mass that creeps: half of V, and four sigmas where the noise asks for it."""
-    return max(CREEP_LEVEL * drive_velocity, 4 * presmoothed.rate_error)
-
-
-def creeping_sticks(presmoothed: Presmoothed, flanks: Flanks, drive_velocity: float) -> list[Stick]:
-    """Sticks of a mass that creeps: from where the slip velocity has fallen to half of V to where it passes it again."""
-    slip = drive_velocity - presmoothed.rate
-    level = _creep_level(presmoothed, drive_velocity)
-    slow = max(AT_REST * drive_velocity, 3 * presmoothed.rate_error)
-    step = presmoothed.time[1] - presmoothed.time[0]
-    acceleration = np.gradient(slip, presmoothed.time)
-    sticks: list[Stick] = []
-    for first, last in flanks.limits:
-        below = np.flatnonzero(slip[first : last + 1] < level)
-        if len(below) < 3 or np.min(slip[first : last + 1]) > slow:
-            continue
-        a, b = first + int(below[0]), first + int(below[-1])
-        errors = [
-            math.hypot(step / 2, presmoothed.rate_error / max(abs(float(acceleration[i])), 1e-300)) for i in (a, b)
-        ]
-        longest = (presmoothed.time[b] - presmoothed.time[a]) / 2
-        sticks.append(
-            Stick(
-                start=float(presmoothed.time[a]),
-                end=float(presmoothed.time[b]),
-                start_error=min(errors[0], longest),
-                end_error=min(errors[1], longest),
-                starts=a > 0,
-                ends=b < len(presmoothed.time) - 1,
-            )
-        )
-    return sticks
-
-
-def creep_delay(presmoothed: Presmoothed, sticks: list[Stick], drive_velocity: float) -> float:
-    """How long after a sudden break-away the slip velocity passes the level that ends a creeping stick: the usual level / w'.
-
-    A mass that only seems to creep, as its positions have an error that is smooth along the way or in time, breaks away
-    before the level by that much; one that creeps is said to break away there.
-    """
-    level = _creep_level(presmoothed, drive_velocity)
-    acceleration = np.gradient(drive_velocity - presmoothed.rate, presmoothed.time)
-    at = np.searchsorted(presmoothed.time, [stick.end for stick in sticks if stick.ends])
-    fastest = [float(acceleration[i : i + 3].max()) for i in at]
-    delays = [level / fast for fast in fastest if fast > 0]
-    return float(np.median(delays)) if delays else 0.0
-
-
-def resting_candidates(
-    presmoothed: Presmoothed, flanks: Flanks, drive_velocity: float, own_frequency: float
-) -> list[Stick]:
-    """Where a mass that does not creep may stick: the slip velocity vanishes within its error."""
-    slip = drive_velocity - presmoothed.rate
-    level = max(0.1 * drive_velocity, 4 * presmoothed.rate_error)
-    step = float(presmoothed.time[1] - presmoothed.time[0])
-    # nearer to the ends of the record the presmoothed bends by itself: such a limit is not seen
-    edge = max(round(0.1 / (own_frequency * step)), 3)
-    # where friction does not jump at the break-away, w = (omega t)^2 V / 2 passes the level as late as this
-    late = math.sqrt(2 * level / drive_velocity) / (2 * math.pi * own_frequency)
-    sticks: list[Stick] = []
-    for first, last in flanks.limits:
-        below = np.flatnonzero(np.abs(slip[first : last + 1]) < level)
-        if len(below) < 2:
-            continue
-        a, b = first + int(below[0]), first + int(below[-1])
-        sticks.append(
-            Stick(
-                float(presmoothed.time[a]),
-                float(presmoothed.time[b]),
-                step,
-                late,
-                a >= edge,
-                b < len(presmoothed.time) - edge,
-            )
-        )
-    return sticks
 
 
 def resting_slope(time: Array, extension: Array, weight: Array, sticks: list[Stick], noise: float) -> StickSlope | None:

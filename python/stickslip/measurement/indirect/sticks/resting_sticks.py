@@ -1,9 +1,4 @@
-"""Which candidates are sticks of a mass that does not creep, and where each begins and ends: where the record is likeliest.
-
-The candidates come from `stick_candidates`, where the sticks of a mass that creeps are decided too; which of the two applies
-is chosen in `draft_fit` (`fit_draft`). Sticks of instruments that measure the force itself are decided in
-`instruments/direct_force/speed_sticks.py`.
-"""
+"""Which intervals are sticks of a mass that does not creep, and where each begins and ends: where the record is likeliest."""
 
 from __future__ import annotations
 
@@ -18,9 +13,10 @@ from scipy.linalg import LinAlgError
 from scipy.optimize import minimize, minimize_scalar
 
 from stickslip.files.arrays import Array
-from stickslip.measurement.indirect.stick_candidates import Stick
-from stickslip.measurement.signals.presmooth import natural_period
+from stickslip.measurement.indirect.sticks.stick import Stick
+from stickslip.measurement.signals.presmooth import Presmoothed, natural_period
 from stickslip.measurement.signals.slip_evidence import Evidence, SlipModel, integrated_evidence
+from stickslip.measurement.signals.turning_points import Flanks
 
 Joint = Literal["before", "hard", "soft"]
 """The slip that a capture ends; the slip after a break-away where the friction force jumps, or does not."""
@@ -74,6 +70,36 @@ either: it must be likelier by so much in deviance."""
 
 LIMIT_COST = 3.0
 """What a free limit costs in deviance: it is known to about a sample and was looked for over some ten."""
+
+
+def resting_candidates(
+    presmoothed: Presmoothed, flanks: Flanks, drive_velocity: float, own_frequency: float
+) -> list[Stick]:
+    """Where a mass that does not creep may stick: the slip velocity vanishes within its error."""
+    slip = drive_velocity - presmoothed.rate
+    level = max(0.1 * drive_velocity, 4 * presmoothed.rate_error)
+    step = float(presmoothed.time[1] - presmoothed.time[0])
+    # nearer to the ends of the record the presmoothed bends by itself: such a limit is not seen
+    edge = max(round(0.1 / (own_frequency * step)), 3)
+    # where friction does not jump at the break-away, w = (omega t)^2 V / 2 passes the level as late as this
+    late = math.sqrt(2 * level / drive_velocity) / (2 * math.pi * own_frequency)
+    sticks: list[Stick] = []
+    for first, last in flanks.limits:
+        below = np.flatnonzero(np.abs(slip[first : last + 1]) < level)
+        if len(below) < 2:
+            continue
+        a, b = first + int(below[0]), first + int(below[-1])
+        sticks.append(
+            Stick(
+                float(presmoothed.time[a]),
+                float(presmoothed.time[b]),
+                step,
+                late,
+                a >= edge,
+                b < len(presmoothed.time) - edge,
+            )
+        )
+    return sticks
 
 
 def refine_sticks(

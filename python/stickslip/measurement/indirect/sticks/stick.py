@@ -1,0 +1,27 @@
+"""One stick of a record, with the errors of its limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Stick:
+    """One stick; `starts` and `ends` tell whether its limits lie inside the record.
+
+    Its end is `sure` where enough of the slip after it is seen.
+    """
+
+    start: float
+    end: float
+    start_error: float
+    end_error: float
+    starts: bool = True
+    ends: bool = True
+    sure: bool = True
+
+    @property
+    def middle_half(self) -> tuple[float, float]:
+        """Middle half of what is surely the stick: its end may be guessed too late."""
+        quarter = max(self.end - self.end_error - self.start, 0.0) / 4
+        return self.start + quarter, self.start + 3 * quarter
