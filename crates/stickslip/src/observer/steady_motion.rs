@@ -130,10 +130,10 @@ pub fn steady(
     positive("tolerance", look.tolerance)?;
     if look.early > 0.0 {
         let until = look.early * period;
-        let mut watch = Watch::new(look, surface, MOST_RETURNS, go_on);
-        let stop = engine.go(until, 0.5 * until, &mut watch)?;
-        let compared = watch.returns.len();
-        let row = watch.summary(look, stop, engine, compared);
+        let mut seen = Window::new(look, surface, MOST_RETURNS, go_on);
+        let stop = engine.go(until, 0.5 * until, &mut seen)?;
+        let compared = seen.returns.len();
+        let row = seen.summary(look, stop, engine, compared);
         // Steady slip that has ceased to be stable is left but slowly.
         let settled = row.period > 0 && !row.regime.rests() && compared >= AGREEING_RETURNS;
         if stop != Stop::End || settled {
@@ -141,26 +141,26 @@ pub fn steady(
         }
     }
     let (after, end) = (look.transient * period, (look.transient + look.window) * period);
-    let mut watch = Watch::new(look, surface, MOST_RETURNS, go_on);
-    let stop = engine.go(end, after, &mut watch)?;
-    let compared = watch.returns.len();
-    let row = watch.summary(look, stop, engine, compared);
+    let mut seen = Window::new(look, surface, MOST_RETURNS, go_on);
+    let stop = engine.go(end, after, &mut seen)?;
+    let compared = seen.returns.len();
+    let row = seen.summary(look, stop, engine, compared);
     if stop != Stop::End || row.period > 0 || look.decide == 0 {
         return Ok(row);
     }
     // The motion goes on for longer: a slow one may still settle, and the 0–1 test wants a long series.
-    let mut watch = Watch::new(look, surface, MOST_RETURNS.max(look.decide), go_on);
-    let stop = engine.go(end + look.decide as f64 * period, end, &mut watch)?;
-    let series: Vec<f64> = watch.returns.iter().map(|(point, _)| point.x).collect();
-    let mut row = watch.summary(look, stop, engine, compared);
+    let mut seen = Window::new(look, surface, MOST_RETURNS.max(look.decide), go_on);
+    let stop = engine.go(end + look.decide as f64 * period, end, &mut seen)?;
+    let series: Vec<f64> = seen.returns.iter().map(|(point, _)| point.x).collect();
+    let mut row = seen.summary(look, stop, engine, compared);
     if row.period == 0 {
         row.chaos = zero_one::growth(&series);
     }
     Ok(row)
 }
 
-/// A motion as it passes.
-struct Watch<'a> {
+/// What is seen of a motion in its window.
+struct Window<'a> {
     contact: usize,
     points: usize,
     passing: Passing,
@@ -190,7 +190,7 @@ fn widen(range: &mut [f64; 2], value: f64) {
     *range = [range[0].min(value), range[1].max(value)];
 }
 
-impl Observer for Watch<'_> {
+impl Observer for Window<'_> {
     fn pass(&mut self, course: &impl Course, span: (f64, f64), last: bool) {
         let Self {
             contact,
@@ -267,7 +267,7 @@ impl Observer for Watch<'_> {
     }
 }
 
-impl<'a> Watch<'a> {
+impl<'a> Window<'a> {
     fn new(look: &Look, surface: &Surface, most: usize, go_on: &'a mut dyn FnMut() -> bool) -> Self {
         let none = [f64::INFINITY, f64::NEG_INFINITY];
         Self {
