@@ -8,7 +8,7 @@ import pytest
 
 import stickslip as ss
 from stickslip.dynamics import diagrams, sign_changes, steady_motion
-from stickslip.dynamics.periodic.cycles import periodic_orbit
+from stickslip.dynamics.periodic.periodic_orbits import periodic_orbit
 from stickslip.dynamics.sections import points_of
 from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.sweep import NUMBERS, Chunk, Look, period_of

@@ -9,8 +9,8 @@ import pytest
 
 import stickslip as ss
 from stickslip.dynamics.periodic import derivatives, exponents
-from stickslip.dynamics.periodic.cycles import from_section
 from stickslip.dynamics.periodic.event_sequence import EventSequence
+from stickslip.dynamics.periodic.periodic_orbits import from_section
 
 #: Steps of a fourth-order difference, and its weights.
 STEPS, WEIGHTS = (-2.0, -1.0, 1.0, 2.0), (1 / 12, -8 / 12, 8 / 12, -1 / 12)

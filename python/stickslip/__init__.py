@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from stickslip.dynamics.critical.critical_velocities import critical_velocities
     from stickslip.dynamics.critical.intervals import critical_intervals
     from stickslip.dynamics.periodic.close_returns import periodic_orbits
-    from stickslip.dynamics.periodic.cycles import periodic_orbit
     from stickslip.dynamics.periodic.derivatives import sensitivities
     from stickslip.dynamics.periodic.exponents import lyapunov
     from stickslip.dynamics.periodic.manifold import manifold
+    from stickslip.dynamics.periodic.periodic_orbits import periodic_orbit
     from stickslip.errors import InputError
     from stickslip.experiment.unattended_run import run
     from stickslip.identification import identify
@@ -75,7 +75,7 @@ _HOME = {
     "measurement": "",
     "orbit_diagram": "dynamics",
     "paper": "",
-    "periodic_orbit": "dynamics.periodic.cycles",
+    "periodic_orbit": "dynamics.periodic.periodic_orbits",
     "periodic_orbits": "dynamics.periodic.close_returns",
     "manifold": "dynamics.periodic.manifold",
     "regime_map": "dynamics",

@@ -1,4 +1,7 @@
-"""The paper's claims as a table, and how much of it a model shows."""
+"""The paper's claims as a table, and how much of it a model shows.
+
+Each verdict is given by the check of its claim, in `checks/`.
+"""
 
 from __future__ import annotations
 

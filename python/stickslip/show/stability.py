@@ -13,9 +13,9 @@ from stickslip.show.canvas import ABOVE, LINES, OKABE_ITO, axes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.dynamics.periodic.cycles import PeriodicOrbit
     from stickslip.dynamics.periodic.exponents import LyapunovSpectrum
     from stickslip.dynamics.periodic.manifold import Manifold
+    from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit
 
 
 def multipliers_plot(

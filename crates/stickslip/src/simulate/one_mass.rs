@@ -1,6 +1,7 @@
 //! One mass in closed form, from mode to mode.
 
-use super::{EVENTS_BETWEEN_ASKS, HUGE_STATE, Run, Stop, lost};
+use super::stop::HUGE_STATE;
+use super::{EVENTS_BETWEEN_ASKS, Run, Stop, lost};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::event::{Arrival, SlipPhase, Start, Work, end_of_hold, end_of_slip, end_of_stick};

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.conditions import determinant, gradient
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, with_number
-from stickslip.dynamics.periodic.newton import Lost, newton
+from stickslip.dynamics.periodic.newton_iteration import Lost, newton
 from stickslip.dynamics.periodic.poincare_map import Return, inconsistency, moved, multipliers_of, return_of, size_of
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.arclength import Label, Point
 from stickslip.dynamics.periodic.closed_orbit import Cycle
-from stickslip.dynamics.periodic.cycles import unchecked
+from stickslip.dynamics.periodic.periodic_orbits import unchecked
 from stickslip.errors import InputError, Interrupted
 from stickslip.files.arrays import Array, Indices
 from stickslip.files.equality import ByContent

@@ -14,7 +14,7 @@ from stickslip.dynamics.continuation.conditions import PARAMETER
 from stickslip.dynamics.continuation.switching_boundaries import beyond
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.event_sequence import pointer
-from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.poincare_map import Return, moved, size_of
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array

@@ -29,10 +29,10 @@ from stickslip.dynamics.continuation.cycle_at_hopf_point import born
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.closed_orbit import Cycle
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit, event_cycle, periodic_orbit, unchecked
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
-from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.newton_iteration import Lost
+from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit, event_cycle, periodic_orbit, unchecked
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle
 from stickslip.errors import InputError, Interrupted, UnfinishedWarning

@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from stickslip.dynamics.periodic.event_sequence import read, with_number
-from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.poincare_map import Return, moved, return_of, size_of
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, consistent, corrected
-from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.poincare_map import Return, return_of, size_of
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array

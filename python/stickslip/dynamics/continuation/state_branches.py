@@ -16,7 +16,7 @@ from stickslip.dynamics.continuation.arclength import CurveEnd, ShorterStep, Ste
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_ways_of, range_of
 from stickslip.dynamics.continuation.conditions import TESTS, zeros
 from stickslip.dynamics.periodic.event_sequence import read, with_number
-from stickslip.dynamics.periodic.newton import Lost, newton
+from stickslip.dynamics.periodic.newton_iteration import Lost, newton
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle, StateReturn, finished
 from stickslip.dynamics.periodic.state_flow import StateFlow

@@ -21,9 +21,9 @@ from stickslip.dynamics.continuation.arclength import (
 )
 from stickslip.dynamics.continuation.branch import extremes
 from stickslip.dynamics.continuation.conditions import PARAMETER
-from stickslip.dynamics.periodic.cycles import find, one_period
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, SECTION, EventSequence, with_number
-from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.newton_iteration import Lost
+from stickslip.dynamics.periodic.periodic_orbits import find, one_period
 from stickslip.dynamics.periodic.poincare_map import Return, return_of
 from stickslip.errors import InputError
 

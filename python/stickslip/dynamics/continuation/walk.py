@@ -1,4 +1,4 @@
-"""One way along a branch of cycles: steps, special points in between, boundaries, its end.
+"""One way along a branch of cycles: steps, special points in between, boundaries, its end. Step length: `arclength.py`.
 
 Both ways from an orbit are put together in `branches.py`, a branch that leaves another begins in `branch_switching.py`, and
 those of critical velocities in `critical/branch_search.py`.
@@ -34,9 +34,9 @@ from stickslip.dynamics.continuation.conditions import TESTS, root, zeros
 from stickslip.dynamics.continuation.period_halving import period_halving
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
 from stickslip.dynamics.periodic.closed_orbit import Cycle
-from stickslip.dynamics.periodic.cycles import finished, one_period, unchecked
 from stickslip.dynamics.periodic.equilibria import fastest_drive
-from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.newton_iteration import Lost
+from stickslip.dynamics.periodic.periodic_orbits import finished, one_period, unchecked
 from stickslip.dynamics.periodic.poincare_map import Return, size_of
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array

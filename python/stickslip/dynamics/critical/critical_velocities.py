@@ -1,4 +1,7 @@
-"""The drive velocities at which the kind of motion changes, found directly and confirmed by runs on both sides."""
+"""The drive velocities at which the kind of motion changes, found directly and confirmed by runs on both sides.
+
+Their values come from `speed_sweep.py`, `vanishing.py` and the special points of `continuation/`.
+"""
 
 from __future__ import annotations
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
 from stickslip.dynamics.continuation.conditions import PARAMETER
-from stickslip.dynamics.periodic.cycles import finished
 from stickslip.dynamics.periodic.event_sequence import EventSequence
-from stickslip.dynamics.periodic.newton import Lost
+from stickslip.dynamics.periodic.newton_iteration import Lost
+from stickslip.dynamics.periodic.periodic_orbits import finished
 from stickslip.dynamics.periodic.poincare_map import size_of
 from stickslip.errors import InputError
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit, event_cycle, finished, from_section
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
+from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit, event_cycle, finished, from_section
 from stickslip.dynamics.periodic.poincare_map import forcing_period, once
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array

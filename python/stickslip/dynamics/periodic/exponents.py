@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.dynamics.periodic.cycles import unlike
 from stickslip.dynamics.periodic.event_sequence import TIME, EventSequence, check, layout_of
+from stickslip.dynamics.periodic.periodic_orbits import unlike
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import sizes_of
 from stickslip.dynamics.periodic.state_flow import StateFlow

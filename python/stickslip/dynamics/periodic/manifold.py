@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from stickslip import _core
-from stickslip.dynamics.periodic.cycles import PeriodicOrbit, from_section
 from stickslip.dynamics.periodic.derivatives import fundamental_matrix
+from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit, from_section
 from stickslip.dynamics.sections import contact_of, points_of
 from stickslip.dynamics.surface import Surface
 from stickslip.errors import InputError

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, Table, layout_of, read
-from stickslip.dynamics.periodic.newton import newton
+from stickslip.dynamics.periodic.newton_iteration import newton
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.model.drive import Drive

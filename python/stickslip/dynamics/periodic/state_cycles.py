@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
-from stickslip.dynamics.periodic.newton import newton
+from stickslip.dynamics.periodic.newton_iteration import newton
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError

@@ -13,7 +13,7 @@ from stickslip.show.orbits.series import changes, columns
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.dynamics.periodic.cycles import PeriodicOrbit
+    from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit
     from stickslip.simulation.orbit import Orbit
 
 

@@ -1,4 +1,7 @@
-"""Newton's method as closed orbits need it: steps have a longest length, and one that goes too far is halved."""
+"""Newton's method as closed orbits need it: steps have a longest length, and one that goes too far is halved.
+
+What is to vanish is said where it is called: `poincare_map.py` (`close`: a closed orbit), `state_cycles.py`, `continuation/`.
+"""
 
 from __future__ import annotations
 
