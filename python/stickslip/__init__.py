@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.critical.intervals import critical_intervals
     from stickslip.dynamics.periodic.close_returns import periodic_orbits
     from stickslip.dynamics.periodic.derivatives import sensitivities
-    from stickslip.dynamics.periodic.exponents import lyapunov
+    from stickslip.dynamics.periodic.lyapunov_exponents import lyapunov
     from stickslip.dynamics.periodic.manifold import manifold
     from stickslip.dynamics.periodic.periodic_orbits import periodic_orbit
     from stickslip.errors import InputError
@@ -70,7 +70,7 @@ _HOME = {
     "load": "simulation.orbit",
     "load_law": "laws.law",
     "load_system": "model.system_file",
-    "lyapunov": "dynamics.periodic.exponents",
+    "lyapunov": "dynamics.periodic.lyapunov_exponents",
     "measure": "measurement",
     "measurement": "",
     "orbit_diagram": "dynamics",

@@ -1,6 +1,6 @@
 """From friction records to a law with its uncertainty, and from the law back to the motion it came from."""
 
-from stickslip.identification.kinetic.velocity_step import VelocityStepFit, fit_velocity_step
+from stickslip.identification.kinetic.single_velocity_step import VelocityStepFit, fit_velocity_step
 from stickslip.identification.kinetic.velocity_step_fits import VelocityStepsFit, fit_velocity_steps
 from stickslip.identification.prediction.agreement import Agreement, compare_motion
 from stickslip.identification.prediction.prediction import Prediction, predict_motion

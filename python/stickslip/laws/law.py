@@ -1,4 +1,7 @@
-"""What a friction law is in Python: immutable data, a document, and the questions that the core answers about it."""
+"""What a friction law is in Python: immutable data, a document, and the questions that the core answers.
+
+Law files are read and written here too (`load_law`, `save_law`).
+"""
 
 from __future__ import annotations
 

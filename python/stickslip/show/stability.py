@@ -13,7 +13,7 @@ from stickslip.show.canvas import ABOVE, LINES, OKABE_ITO, axes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from stickslip.dynamics.periodic.exponents import LyapunovSpectrum
+    from stickslip.dynamics.periodic.lyapunov_exponents import LyapunovSpectrum
     from stickslip.dynamics.periodic.manifold import Manifold
     from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit
 

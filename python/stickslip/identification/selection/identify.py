@@ -16,7 +16,7 @@ from stickslip.identification.estimator.result import Result
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.fit_options import Options
 from stickslip.identification.guesses.guess_data import BreakAways
-from stickslip.identification.kinetic.velocity_step import fit_velocity_step
+from stickslip.identification.kinetic.single_velocity_step import fit_velocity_step
 from stickslip.identification.kinetic.velocity_step_fits import LEAST_STEPS, fit_velocity_steps
 from stickslip.identification.law_fit import fit_law
 from stickslip.identification.records import FrictionRecord, opened, read_records

@@ -1,4 +1,4 @@
-"""Lyapunov exponents through events."""
+"""Lyapunov exponents through events. Floquet multipliers of a closed orbit: `poincare_map.py`, `state_cycles.py`."""
 
 from __future__ import annotations
 
