@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.dynamics.periodic import derivatives, exponents
+from stickslip.dynamics.periodic import derivatives, lyapunov_exponents
 from stickslip.dynamics.periodic.event_sequence import EventSequence
 from stickslip.dynamics.periodic.periodic_orbits import from_section
 
@@ -98,7 +98,9 @@ def test_exponents_of_a_slipping_chain_are_half_its_damping() -> None:
 def test_exponents_do_not_depend_on_how_many_derivatives_are_held_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     chain = ss.chain(3, ss.laws.StaticKinetic(1.0, 0.6), 0.2, coupling=1.2, damping=0.1)
     whole, few = (
-        (monkeypatch.setattr(exponents, "_MOST_NUMBERS", most), ss.lyapunov(chain, 200.0, x0=[0.0, 0.1, 0.3]))[1]
+        (monkeypatch.setattr(lyapunov_exponents, "_MOST_NUMBERS", most), ss.lyapunov(chain, 200.0, x0=[0.0, 0.1, 0.3]))[
+            1
+        ]
         for most in (20_000_000, 4000)
     )
     assert few.events == whole.events > 50

@@ -1,4 +1,4 @@
-"""The Poincaré map of an event sequence, differentiated: one period of a cycle, its Floquet multipliers, and Newton's method."""
+"""The Poincaré map of an event sequence, differentiated: a period of a cycle, Floquet multipliers, and Newton's method."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Periodic orbits of laws with an internal state and their Floquet multipliers: Newton's method on the map over one period."""
+"""Periodic orbits of laws with an internal state and Floquet multipliers: Newton's method on the map over one period."""
 
 from __future__ import annotations
 

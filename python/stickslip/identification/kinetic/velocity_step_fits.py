@@ -1,4 +1,4 @@
-"""Rate-and-state friction from all steps of the drive's speed in a record, together; few: each alone (`single_velocity_step`)."""
+"""Rate-and-state friction from all steps of the drive's speed in a record, together (one alone: `single_velocity_step`)."""
 
 from __future__ import annotations
 
