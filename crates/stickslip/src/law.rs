@@ -48,7 +48,8 @@ pub use tabulated::Tabulated;
 pub use two_branch::TwoBranch;
 
 use crate::error::{Error, wrong};
-use crate::law::declaration::{Facts, Kind, Limited, Limits, Value};
+use crate::jet::Jet;
+use crate::law::declaration::{Facts, Kind, Limited, Limits, Over, Value};
 use crate::scalar::Scalar;
 use crate::series::{Grown, Series};
 
@@ -327,12 +328,18 @@ macro_rules! laws {
     ($($name:ident),+) => {
         /// Any friction law, as one tagged document: `{"type": "Coulomb", "kinetic": 0.5}`.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(tag = "type", bound(deserialize = "N: Scalar"))]
+        #[serde(tag = "type", bound(deserialize = "N: Scalar + serde::de::DeserializeOwned"))]
         pub enum Law<N = f64> { $(#[doc = "See the struct of that name."] $name($name<N>)),+ }
 
         impl Law {
             /// What is known of each law.
             pub fn facts() -> Vec<Facts> { vec![$(Facts::of(stringify!($name), $name::smooth)),+] }
+        }
+
+        impl<M> Over<M> for Law {
+            type Of = Law<M>;
+
+            fn over(&self, of: &mut dyn FnMut(f64) -> M) -> Law<M> { match self { $(Self::$name(law) => Law::$name(law.over(of))),+ } }
         }
 
         impl<N: Scalar> Limited for Law<N> {
@@ -388,6 +395,29 @@ laws!(
     Asymmetric,
     Combined
 );
+
+impl Law {
+    /// All its numbers, in the order of the declarations.
+    #[must_use]
+    pub fn numbers(&self) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        self.over(&mut |number| numbers.push(number));
+        numbers
+    }
+
+    /// The same where each of the numbers that are named, by their places among [`Law::numbers`], is an axis of its own.
+    #[must_use]
+    pub fn along(&self, axes: &[usize]) -> Law<Jet> {
+        let mut place = 0..;
+        self.over(&mut |number| {
+            let place = place.next();
+            match axes.iter().position(|axis| Some(*axis) == place) {
+                Some(axis) => Jet::along(number, axis),
+                None => number.into(),
+            }
+        })
+    }
+}
 
 impl<N: Scalar> Law<N> {
     /// The law of one direction of slip, by the sign of w; at rest that of the friction force. The engines ask it before all that

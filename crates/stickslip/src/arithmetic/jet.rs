@@ -1,12 +1,7 @@
 //! Numbers that carry their derivatives along a few axes (forward differentiation, exact to rounding; the jets of Ceres).
 
 use std::cmp::Ordering;
-use std::fmt::{self, Formatter};
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
-
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{MapAccess, Visitor};
-use serde::{Deserialize, Deserializer};
 
 use crate::elementary::{ln, power};
 use crate::scalar::Scalar;
@@ -21,47 +16,6 @@ pub struct Jet {
     pub value: f64,
     /// Its derivatives, one an axis.
     pub slopes: [f64; AXES],
-}
-
-/// In a document a jet is a number that is fixed, or `{"value": 0.5, "axis": 3}`.
-impl<'de> Deserialize<'de> for Jet {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Reader)
-    }
-}
-
-struct Reader;
-
-/// A number that is an axis of its own.
-#[derive(Deserialize)]
-struct Axis {
-    value: f64,
-    axis: usize,
-}
-
-impl<'de> Visitor<'de> for Reader {
-    type Value = Jet;
-
-    fn expecting(&self, to: &mut Formatter) -> fmt::Result {
-        to.write_str("a number")
-    }
-
-    fn visit_f64<E>(self, value: f64) -> Result<Jet, E> {
-        Ok(value.into())
-    }
-
-    fn visit_i64<E>(self, value: i64) -> Result<Jet, E> {
-        Ok((value as f64).into())
-    }
-
-    fn visit_u64<E>(self, value: u64) -> Result<Jet, E> {
-        Ok((value as f64).into())
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Jet, A::Error> {
-        let Axis { value, axis } = Axis::deserialize(MapAccessDeserializer::new(map))?;
-        Ok(Jet::along(value, axis))
-    }
 }
 
 impl Jet {

@@ -3,8 +3,6 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
-use serde::de::DeserializeOwned;
-
 use crate::elementary;
 
 /// A real number. A law written for any of them gives its exact derivatives for those that carry them.
@@ -13,7 +11,6 @@ pub trait Scalar:
     + Debug
     + Default
     + From<f64>
-    + DeserializeOwned
     + PartialEq
     + PartialOrd
     + PartialEq<f64>

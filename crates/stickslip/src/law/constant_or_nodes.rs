@@ -4,17 +4,28 @@ use serde::{Deserialize, Serialize};
 
 use super::{Piece, Point};
 use crate::error::{Error, increasing};
-use crate::law::declaration::{Kind, Limits, Value};
+use crate::law::declaration::{Kind, Limits, Over, Value};
 use crate::scalar::Scalar;
 
 /// A function of one variable: constant, or linear between nodes and constant beyond the first and the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged, bound(deserialize = "N: Scalar"))]
+#[serde(untagged, bound(deserialize = "N: Scalar + serde::de::DeserializeOwned"))]
 pub enum ConstantOrNodes<N = f64> {
     /// The same value everywhere.
     Constant(N),
     /// Nodes (abscissa, value).
     Nodes(Vec<Point<N>>),
+}
+
+impl<M> Over<M> for ConstantOrNodes {
+    type Of = ConstantOrNodes<M>;
+
+    fn over(&self, of: &mut dyn FnMut(f64) -> M) -> ConstantOrNodes<M> {
+        match self {
+            Self::Constant(value) => ConstantOrNodes::Constant(value.over(of)),
+            Self::Nodes(nodes) => ConstantOrNodes::Nodes(nodes.over(of)),
+        }
+    }
 }
 
 impl<N: Scalar> Value for ConstantOrNodes<N> {

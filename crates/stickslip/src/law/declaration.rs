@@ -203,6 +203,55 @@ impl<T: Value> Value for Option<T> {
     }
 }
 
+/// What can be made of other numbers instead.
+pub trait Over<M> {
+    /// What it is then.
+    type Of;
+
+    /// The same where `of` says for each number, in the order of the declaration, what stands in its place.
+    fn over(&self, of: &mut dyn FnMut(f64) -> M) -> Self::Of;
+}
+
+impl<M> Over<M> for f64 {
+    type Of = M;
+
+    fn over(&self, of: &mut dyn FnMut(f64) -> M) -> M {
+        of(*self)
+    }
+}
+
+impl<M, T: Over<M>> Over<M> for [T; 2] {
+    type Of = [T::Of; 2];
+
+    fn over(&self, of: &mut dyn FnMut(f64) -> M) -> Self::Of {
+        self.each_ref().map(|part| part.over(of))
+    }
+}
+
+impl<M, T: Over<M>> Over<M> for Option<T> {
+    type Of = Option<T::Of>;
+
+    fn over(&self, of: &mut dyn FnMut(f64) -> M) -> Self::Of {
+        self.as_ref().map(|part| part.over(of))
+    }
+}
+
+impl<M, T: Over<M>> Over<M> for Vec<T> {
+    type Of = Vec<T::Of>;
+
+    fn over(&self, of: &mut dyn FnMut(f64) -> M) -> Self::Of {
+        self.iter().map(|part| part.over(of)).collect()
+    }
+}
+
+impl<M, T: Over<M>> Over<M> for Box<T> {
+    type Of = Box<T::Of>;
+
+    fn over(&self, of: &mut dyn FnMut(f64) -> M) -> Self::Of {
+        Box::new((**self).over(of))
+    }
+}
+
 /// The declared parameters of a law, or of a table within one.
 pub trait Parameters: Sized {
     /// What they are, in the order of the document.
@@ -270,8 +319,20 @@ macro_rules! parameters {
         parameters! {
             for N:
             $(#[$about])*
-            #[serde(bound(deserialize = "N: crate::scalar::Scalar"))]
+            #[serde(bound(deserialize = "N: crate::scalar::Scalar + serde::de::DeserializeOwned"))]
             pub struct $law { $($fields)* }
+        }
+        parameters! { of other numbers $law { $($fields)* } }
+    };
+    (of other numbers $law:ident {
+        $($(#[$meta:meta])* pub $field:ident: $type:ty $(as $name:literal)? = $example:expr => [$($number:expr),*]),+ $(,)?
+    }) => {
+        impl<M> $crate::law::declaration::Over<M> for $law {
+            type Of = $law<M>;
+
+            fn over(&self, of: &mut dyn FnMut(f64) -> M) -> $law<M> {
+                $law { $($field: $crate::law::declaration::Over::over(&self.$field, of)),+ }
+            }
         }
     };
     ($(for $N:ident:)? $(#[$about:meta])* pub struct $law:ident {
@@ -323,6 +384,12 @@ macro_rules! words {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
         pub enum $name { $($(#[$meta])* #[serde(rename = $text)] $word),+ }
+
+        impl<M> $crate::law::declaration::Over<M> for $name {
+            type Of = Self;
+
+            fn over(&self, _of: &mut dyn FnMut(f64) -> M) -> Self { *self }
+        }
 
         impl $crate::law::declaration::Value for $name {
             const KIND: $crate::law::declaration::Kind = $crate::law::declaration::Kind::Words(&[$($text),+]);

@@ -1,6 +1,6 @@
 //! A system that varies with numbers of its document, and what its laws answer to numbers that carry derivatives.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::segment::VariedMotion;
 use super::state::{ContactMode, Layout, State};
@@ -38,24 +38,35 @@ pub(super) enum Parameter {
 type VariedLaw = Vec<(Law<Jet>, Vec<usize>)>;
 
 /// The law at a place of a document, and the parameters that are numbers of it.
-fn varied_law(table: &Value, law: &str, paths: &[String]) -> Result<VariedLaw, Error> {
-    let document = table.pointer(law).unwrap_or(&Value::Null);
-    let own = |(which, path): (usize, &String)| Some((which, path.strip_prefix(law)?.to_string()));
-    let own: Vec<_> = paths.iter().enumerate().filter_map(own).collect();
-    let with_axes = |own: &[(usize, String)]| {
-        let mut document = document.clone();
-        for (axis, (_, path)) in own.iter().enumerate() {
-            if let Some(number) = document.pointer_mut(path) {
-                *number = json!({ "value": *number, "axis": axis });
-            }
+fn varied_law(own: &Law, table: &Value, place: &str, paths: &[String]) -> Result<VariedLaw, Error> {
+    let numbers = own.numbers();
+    let mut varied = Vec::new();
+    for (which, path) in paths.iter().enumerate() {
+        let Some(path) = path.strip_prefix(place) else {
+            continue;
+        };
+        // Another number there says which it is of those of the law.
+        let mut beside = table.pointer(place).cloned().unwrap_or_default();
+        let number = beside.pointer_mut(path).filter(|number| number.is_number());
+        if let Some(number) = number {
+            *number = (number.as_f64().unwrap_or_default() + 1.0).into();
+            let beside: Law = serde_json::from_value(beside).map_err(|error| refused(&error))?;
+            let at = beside
+                .numbers()
+                .iter()
+                .zip(&numbers)
+                .position(|(beside, own)| beside != own);
+            varied.extend(at.map(|at| (at, which)));
         }
-        let law = serde_json::from_value(document).map_err(|error| refused(&error))?;
-        Ok((law, own.iter().map(|(which, _)| *which).collect()))
-    };
-    if own.is_empty() {
-        return Ok(vec![with_axes(&[])?]);
     }
-    own.chunks(AXES - 1).map(with_axes).collect()
+    let with_axes = |varied: &[(usize, usize)]| {
+        let (axes, parameters): (Vec<_>, Vec<_>) = varied.iter().copied().unzip();
+        (own.along(&axes), parameters)
+    };
+    if varied.is_empty() {
+        return Ok(vec![with_axes(&[])]);
+    }
+    Ok(varied.chunks(AXES - 1).map(with_axes).collect())
 }
 
 /// The place of the law of a contact in a document, up to the names of its numbers.
@@ -156,7 +167,8 @@ impl Varied {
         let mut table = document.clone();
         let parameters = paths.iter().map(|path| Parameter::new(&mut table, path));
         let parameters = parameters.collect::<Result<_, _>>()?;
-        let laws = (0..base.contacts.len()).map(|c| varied_law(&table, &law_of(&table, c), paths));
+        let laws = base.contacts.iter().enumerate();
+        let laws = laws.map(|(c, contact)| varied_law(&contact.law, &table, &law_of(&table, c), paths));
         Ok(Self {
             laws: laws.collect::<Result<_, _>>()?,
             parameters,
