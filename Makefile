@@ -116,13 +116,14 @@ bench: .venv/.built .venv/.peers
 
 # What is built here is committed: nothing else needs Node or the target. No file names this machine.
 WASM := wasm32-unknown-unknown
-# What the compiler uses of WebAssembly beyond its first version: the optimizer must know.
+# What the compiler uses of WebAssembly beyond its first version: the optimizer must know. Nothing lies in the first kilobyte: the
+# stack comes first, and grows down to it.
 WASM_HAS := $(addprefix --enable-,bulk-memory sign-ext nontrapping-float-to-int mutable-globals)
 explorer: .tools/.rust web/node_modules
 	rustup target add $(WASM)
 	RUSTC_BOOTSTRAP=1 CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS=-Zlocation-detail=none \
 		cargo build --quiet --locked --profile wasm --package stickslip-wasm --target $(WASM)
-	web/node_modules/.bin/wasm-opt -Os $(WASM_HAS) target/$(WASM)/wasm/stickslip_wasm.wasm -o target/$(WASM)/wasm/core.wasm
+	web/node_modules/.bin/wasm-opt -Os --converge --low-memory-unused $(WASM_HAS) target/$(WASM)/wasm/stickslip_wasm.wasm -o target/$(WASM)/wasm/core.wasm
 	$(PYTHON) python/stickslip/explorer/packing.py target/$(WASM)/wasm/core.wasm python/stickslip/explorer/core.wasm.lzma
 	cd web && npm run --silent build
 

@@ -49,15 +49,15 @@ pub trait Course {
     fn point(&self, contact: usize, tau: f64) -> Point;
     /// Whether the contact sticks.
     fn sticks(&self, contact: usize) -> bool;
-    /// Tell `found` of every point of `span` where the mass of the contact crosses one of some surfaces, and which: in the order
-    /// of time for each of them.
-    fn cross<const N: usize>(
+    /// Tell `found` of every point of `span` where the mass of the contact crosses one of one or two surfaces, and which: in the
+    /// order of time for each of them.
+    fn cross(
         &self,
         contact: usize,
-        cuts: [&mut Cut; N],
+        cuts: &mut [&mut Cut],
         span: (f64, f64),
         watched: &mut Watched,
-        found: &mut impl FnMut(usize, Point),
+        found: &mut dyn FnMut(usize, Point),
     );
 }
 

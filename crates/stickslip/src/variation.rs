@@ -182,7 +182,7 @@ pub fn follow(
             followed.states.push(after.values());
             continue;
         }
-        if tests {
+        if tests && cfg!(feature = "continuation") {
             let first = followed.tests.len();
             motion.boundaries(&end, &mut followed.tests);
             motion.entry(&end, &event_shift, &mut followed.tests);

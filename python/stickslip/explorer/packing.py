@@ -21,7 +21,7 @@ def packed(data: bytes) -> bytes:
     """
     # Neither instructions nor words are aligned to anything: no bits of the position.
     filters = [
-        {"id": lzma.FILTER_LZMA1, "preset": 9 | lzma.PRESET_EXTREME, "dict_size": 1 << 21, "lc": 3, "lp": 0, "pb": 0}
+        {"id": lzma.FILTER_LZMA1, "preset": 9 | lzma.PRESET_EXTREME, "dict_size": 1 << 21, "lc": 4, "lp": 0, "pb": 0}
     ]
     made = bytearray(lzma.compress(data, format=lzma.FORMAT_ALONE, filters=filters))
     made[5:13] = len(data).to_bytes(8, "little")  # the length, which liblzma leaves open

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
@@ -212,6 +213,29 @@ def _shipped(name: str) -> str:
     return files("stickslip.explorer").joinpath(name).read_text(encoding="utf-8")
 
 
+@cache
+def _page() -> str:
+    """The page without its data, its styles without the spaces that only people read."""
+    return re.sub(
+        r"(?s)(<style[^>]*>)(.*?)(</style>)", lambda part: part[1] + _dense(part[2]) + part[3], _shipped("page.html")
+    )
+
+
+def _dense(style: str) -> str:
+    for spaced, dense in (
+        (r"\s*\n\s*", ""),
+        (r"([{;]) +", r"\1"),
+        (r" +([{}])", r"\1"),
+        (r"(?<=[a-z]): +", ":"),
+        (r", +", ","),
+        (r";\}", "}"),
+        (r" *> *", ">"),
+        (r"(?<![\d.])0\.(?=\d)", "."),
+    ):
+        style = re.sub(spaced, dense, style)
+    return style
+
+
 def _json(document: object) -> str:
     """JSON that cannot end the element it stands in."""
     return json.dumps(document, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
@@ -232,7 +256,7 @@ def page(
     >>> page().startswith("<!doctype html>")
     True
     """
-    text = _shipped("page.html")
+    text = _page()
     parts = {
         'id="data"><': f'id="data">{_data(lessons or shipped_lessons())}<',
         'id="state">null<': f'id="state">{_json(state)}<',
@@ -262,7 +286,7 @@ def live(content: Mapping[str, Any], panels: str, still: str) -> str:
 
 def program() -> str:
     """What a page with elements of :func:`live` needs once, at its end: style, script, core and the laws."""
-    style = _shipped("page.html").partition('<style id="panel-style">')[2].partition("</style>")[0]
+    style = _page().partition('<style id="panel-style">')[2].partition("</style>")[0]
     return (
         f'<style>{style}</style><script type="application/octet-stream" id="data">{_data([])}</script>'
         f'<script type="application/octet-stream" id="core">{_core_packed()}</script>'

@@ -10,6 +10,8 @@ use crate::scalar::Scalar;
 pub const AXES: usize = 8;
 
 /// A value and its derivatives. Comparisons are those of the values.
+///
+/// A core for a browser must be small: there what is computed with it is called, not put into each place.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Jet {
     /// The value.
@@ -29,7 +31,8 @@ impl Jet {
         jet
     }
 
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn with(value: f64, slope: impl FnMut(usize) -> f64) -> Self {
         let slopes = std::array::from_fn(slope);
         Self { value, slopes }
@@ -37,7 +40,8 @@ impl Jet {
 }
 
 impl From<f64> for Jet {
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn from(value: f64) -> Self {
         let slopes = [0.0; AXES];
         Self { value, slopes }
@@ -45,19 +49,21 @@ impl From<f64> for Jet {
 }
 
 impl Scalar for Jet {
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn value(self) -> f64 {
         self.value
     }
 
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn vanishes(self) -> bool {
         self.value == 0.0 && self.slopes == [0.0; AXES]
     }
 
-    #[inline]
-    fn chain(self, value: f64, slope: impl FnOnce(f64) -> f64) -> Self {
-        let slope = slope(self.value);
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
+    fn chain(self, value: f64, slope: f64) -> Self {
         // What does not vary does not where the slope is infinite.
         Self::with(value, |i| {
             if self.slopes[i] == 0.0 {
@@ -68,7 +74,8 @@ impl Scalar for Jet {
         })
     }
 
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn power(self, exponent: Self) -> Self {
         let (x, n) = (self.value, exponent.value);
         let value = power(x, n);
@@ -79,33 +86,37 @@ impl Scalar for Jet {
             _ => n * value / x,
         };
         let by_exponent = if value == 0.0 { 0.0 } else { value * ln(x) };
-        self.chain(value, |_| by_base) + exponent.chain(0.0, |_| by_exponent)
+        self.chain(value, by_base) + exponent.chain(0.0, by_exponent)
     }
 }
 
 impl PartialEq for Jet {
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn eq(&self, other: &Self) -> bool {
         self.value == other.value
     }
 }
 
 impl PartialEq<f64> for Jet {
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn eq(&self, other: &f64) -> bool {
         self.value == *other
     }
 }
 
 impl PartialOrd for Jet {
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.value.partial_cmp(&other.value)
     }
 }
 
 impl PartialOrd<f64> for Jet {
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
         self.value.partial_cmp(other)
     }
@@ -113,7 +124,8 @@ impl PartialOrd<f64> for Jet {
 
 impl Neg for Jet {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn neg(self) -> Self {
         Self::with(-self.value, |i| -self.slopes[i])
     }
@@ -121,7 +133,8 @@ impl Neg for Jet {
 
 impl Add for Jet {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn add(self, other: Self) -> Self {
         Self::with(self.value + other.value, |i| self.slopes[i] + other.slopes[i])
     }
@@ -129,7 +142,8 @@ impl Add for Jet {
 
 impl Sub for Jet {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn sub(self, other: Self) -> Self {
         Self::with(self.value - other.value, |i| self.slopes[i] - other.slopes[i])
     }
@@ -137,7 +151,8 @@ impl Sub for Jet {
 
 impl Mul for Jet {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn mul(self, other: Self) -> Self {
         let (one, two) = (self * other.value, other * self.value);
         Self::with(one.value, |i| one.slopes[i] + two.slopes[i])
@@ -146,7 +161,8 @@ impl Mul for Jet {
 
 impl Div for Jet {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn div(self, other: Self) -> Self {
         let (quotient, inverse) = (self.value / other.value, 1.0 / other.value);
         Self::with(quotient, |i| {
@@ -157,7 +173,8 @@ impl Div for Jet {
 
 impl Add<f64> for Jet {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn add(self, other: f64) -> Self {
         Self {
             value: self.value + other,
@@ -168,7 +185,8 @@ impl Add<f64> for Jet {
 
 impl Sub<f64> for Jet {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn sub(self, other: f64) -> Self {
         self + -other
     }
@@ -176,7 +194,8 @@ impl Sub<f64> for Jet {
 
 impl Mul<f64> for Jet {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn mul(self, factor: f64) -> Self {
         Self::with(self.value * factor, |i| self.slopes[i] * factor)
     }
@@ -184,14 +203,16 @@ impl Mul<f64> for Jet {
 
 impl Div<f64> for Jet {
     type Output = Self;
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn div(self, divisor: f64) -> Self {
         Self::with(self.value / divisor, |i| self.slopes[i] / divisor)
     }
 }
 
 impl AddAssign for Jet {
-    #[inline]
+    #[cfg_attr(target_arch = "wasm32", inline(never))]
+    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }

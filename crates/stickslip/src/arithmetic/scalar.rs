@@ -35,9 +35,9 @@ pub trait Scalar:
         self == 0.0
     }
 
-    /// f(self): `value` and `slope` are f and f′ here; the slope is asked for where there are derivatives.
+    /// f(self): `value` and `slope` are f and f′ here.
     #[must_use]
-    fn chain(self, value: f64, slope: impl FnOnce(f64) -> f64) -> Self;
+    fn chain(self, value: f64, slope: f64) -> Self;
 
     /// |self|
     #[must_use]
@@ -84,7 +84,7 @@ pub trait Scalar:
     #[inline]
     fn sqrt(self) -> Self {
         let root = self.value().sqrt();
-        self.chain(root, |_| 0.5 / root)
+        self.chain(root, 0.5 / root)
     }
 
     /// eˣ
@@ -92,7 +92,7 @@ pub trait Scalar:
     #[inline]
     fn exp(self) -> Self {
         let value = elementary::exp(self.value());
-        self.chain(value, |_| value)
+        self.chain(value, value)
     }
 
     /// eˣ − 1 without cancellation
@@ -100,7 +100,7 @@ pub trait Scalar:
     #[inline]
     fn exp_m1(self) -> Self {
         let value = elementary::exp_m1(self.value());
-        self.chain(value, |_| value + 1.0)
+        self.chain(value, value + 1.0)
     }
 
     /// ln(1 + x)
@@ -108,7 +108,7 @@ pub trait Scalar:
     #[inline]
     fn ln_1p(self) -> Self {
         let value = elementary::ln_1p(self.value());
-        self.chain(value, |x| 1.0 / (1.0 + x))
+        self.chain(value, 1.0 / (1.0 + self.value()))
     }
 
     /// tan of degrees
@@ -116,7 +116,7 @@ pub trait Scalar:
     #[inline]
     fn tan_degrees(self) -> Self {
         let value = elementary::tan(self.value().to_radians());
-        self.chain(value, |_| (1.0 + value * value).to_radians())
+        self.chain(value, (1.0 + value * value).to_radians())
     }
 
     /// self^exponent for self ≥ 0
@@ -131,7 +131,7 @@ impl Scalar for f64 {
     }
 
     #[inline]
-    fn chain(self, value: f64, _slope: impl FnOnce(f64) -> f64) -> Self {
+    fn chain(self, value: f64, _slope: f64) -> Self {
         value
     }
 

@@ -379,17 +379,17 @@ impl<const H: usize> Course for ClosedPhase<H> {
         self.sticks
     }
 
-    fn cross<const N: usize>(
+    fn cross(
         &self,
         _contact: usize,
-        mut cuts: [&mut Cut; N],
+        cuts: &mut [&mut Cut],
         span: (f64, f64),
         watched: &mut Watched,
-        found: &mut impl FnMut(usize, Point),
+        found: &mut dyn FnMut(usize, Point),
     ) {
         match &self.motion {
             Motion::Steady { x, v } => {
-                for (which, cut) in cuts.into_iter().enumerate() {
+                for (which, cut) in cuts.iter_mut().enumerate() {
                     self.cross_steady(cut, (*x, *v), span, &mut |point| found(which, point));
                 }
             }
@@ -399,7 +399,7 @@ impl<const H: usize> Course for ClosedPhase<H> {
                     point: |tau, state| self.at(tau, state),
                     found,
                 };
-                crossings::between(slip, &mut cuts, span, stride, &mut receiver);
+                crossings::between(slip, cuts, span, stride, &mut receiver);
             }
         }
     }

@@ -68,6 +68,9 @@ struct Sample {
     bound: [f64; 3],
 }
 
+/// So many surfaces are looked for at once, at the most.
+const MOST_CUTS: usize = 2;
+
 /// Who receives the crossings.
 pub(super) struct Receiver<'a, 'w, P, F> {
     pub(super) watched: &'a mut Watched<'w>,
@@ -84,9 +87,9 @@ struct Root<const H: usize> {
 }
 
 /// Tell of every crossing of some surfaces from one time to another, all of them seen at the same samples.
-pub(super) fn between<const H: usize, const N: usize, P, F>(
+pub(super) fn between<const H: usize, P, F>(
     slip: &Slip<H>,
-    cuts: &mut [&mut Cut; N],
+    cuts: &mut [&mut Cut],
     (from, to): (f64, f64),
     usual: &Stride<H>,
     receiver: &mut Receiver<P, F>,
@@ -94,7 +97,8 @@ pub(super) fn between<const H: usize, const N: usize, P, F>(
     P: Fn(f64, [f64; 2]) -> Point,
     F: FnMut(usize, Point),
 {
-    let crossings = cuts.each_ref().map(|cut| Crossings::new(slip, cut));
+    let last = cuts.len() - 1;
+    let crossings: [_; MOST_CUTS] = std::array::from_fn(|which| Crossings::new(slip, cuts[which.min(last)]));
     let Receiver {
         watched,
         point,
@@ -115,7 +119,7 @@ pub(super) fn between<const H: usize, const N: usize, P, F>(
                 return;
             }
             basis = basis.after(step, &slip.decay);
-            for which in 0..N {
+            for which in 0..=last {
                 let right = crossings[which].sample(t + h, &basis);
                 let mut receiver = Receiver {
                     watched,

@@ -139,16 +139,16 @@ impl Course for Between {
         self.stuck
     }
 
-    fn cross<const N: usize>(
+    fn cross(
         &self,
         _contact: usize,
-        cuts: [&mut Cut; N],
+        cuts: &mut [&mut Cut],
         span: (f64, f64),
         watched: &mut Watched,
-        found: &mut impl FnMut(usize, Point),
+        found: &mut dyn FnMut(usize, Point),
     ) {
         let track = self.track();
-        for (which, cut) in cuts.into_iter().enumerate() {
+        for (which, cut) in cuts.iter_mut().enumerate() {
             track.cross(self.clock, cut, span, watched, &mut |point| found(which, point));
         }
     }

@@ -220,7 +220,7 @@ impl Observer for Window<'_> {
         }
         widen(x, first.x);
         widen(w, first.w);
-        let cuts = [&mut self.cut_x, &mut self.cut_w];
+        let cuts = &mut [&mut self.cut_x, &mut self.cut_w];
         course.cross(contact, cuts, span, watched, &mut |which, point| {
             if which == 1 {
                 widen(w, point.w);

@@ -276,7 +276,7 @@ impl Passing {
     ) {
         match self {
             Self::Strobe(strobe) => strobe.pass(course, contact, span, last, watched, found),
-            Self::Cut(cut) => course.cross(contact, [cut], span, watched, &mut |_, point| found(point)),
+            Self::Cut(cut) => course.cross(contact, &mut [cut], span, watched, &mut |_, point| found(point)),
             Self::Event(_) => {}
         }
     }

@@ -404,7 +404,9 @@ impl<'a> VariedMotion<'a> {
                 );
             }
         }
-        self.give(order, mode, clock, expansion);
+        if cfg!(feature = "continuation") {
+            self.give(order, mode, clock, expansion);
+        }
         let acting: Vec<usize> = self
             .acting_on(expansion.directions)
             .map(|(_, axis)| axis)

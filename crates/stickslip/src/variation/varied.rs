@@ -39,8 +39,12 @@ type VariedLaw = Vec<(Law<Jet>, Vec<usize>)>;
 
 /// The law at a place of a document, and the parameters that are numbers of it.
 fn varied_law(own: &Law, table: &Value, place: &str, paths: &[String]) -> Result<VariedLaw, Error> {
-    let numbers = own.numbers();
     let mut varied = Vec::new();
+    let paths = if cfg!(feature = "continuation") {
+        paths
+    } else {
+        &[]
+    };
     for (which, path) in paths.iter().enumerate() {
         let Some(path) = path.strip_prefix(place) else {
             continue;
@@ -54,7 +58,7 @@ fn varied_law(own: &Law, table: &Value, place: &str, paths: &[String]) -> Result
             let at = beside
                 .numbers()
                 .iter()
-                .zip(&numbers)
+                .zip(&own.numbers())
                 .position(|(beside, own)| beside != own);
             varied.extend(at.map(|at| (at, which)));
         }
@@ -164,6 +168,11 @@ impl Varied {
     /// # Errors
     /// What is wrong with a path, or with the systems beside this one.
     pub fn new(base: &System, document: &Value, paths: &[String]) -> Result<Self, Error> {
+        if !cfg!(feature = "continuation") && !paths.is_empty() {
+            return Err(refused(
+                &"derivatives by numbers of a system need the feature `continuation` of the crate",
+            ));
+        }
         let mut table = document.clone();
         let parameters = paths.iter().map(|path| Parameter::new(&mut table, path));
         let parameters = parameters.collect::<Result<_, _>>()?;
