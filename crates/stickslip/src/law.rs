@@ -405,13 +405,13 @@ impl Law {
         numbers
     }
 
-    /// The same where each of the numbers that are named, by their places among [`Law::numbers`], is an axis of its own.
+    /// The same where each of the numbers that are named, by their positions among [`Law::numbers`], is an axis of its own.
     #[must_use]
     pub fn along(&self, axes: &[usize]) -> Law<Jet> {
-        let mut place = 0..;
+        let mut position = 0..;
         self.over(&mut |number| {
-            let place = place.next();
-            match axes.iter().position(|axis| Some(*axis) == place) {
+            let position = position.next();
+            match axes.iter().position(|axis| Some(*axis) == position) {
                 Some(axis) => Jet::along(number, axis),
                 None => number.into(),
             }

@@ -37,8 +37,8 @@ pub(super) enum Parameter {
 /// which parameter each axis is. At least one axis is left each time.
 type VariedLaw = Vec<(Law<Jet>, Vec<usize>)>;
 
-/// The law at a place of a document, and the parameters that are numbers of it.
-fn varied_law(own: &Law, table: &Value, place: &str, paths: &[String]) -> Result<VariedLaw, Error> {
+/// The law at a position of a document, and the parameters that are numbers of it.
+fn varied_law(own: &Law, table: &Value, position: &str, paths: &[String]) -> Result<VariedLaw, Error> {
     let mut varied = Vec::new();
     let paths = if cfg!(feature = "continuation") {
         paths
@@ -46,11 +46,11 @@ fn varied_law(own: &Law, table: &Value, place: &str, paths: &[String]) -> Result
         &[]
     };
     for (which, path) in paths.iter().enumerate() {
-        let Some(path) = path.strip_prefix(place) else {
+        let Some(path) = path.strip_prefix(position) else {
             continue;
         };
         // Another number there says which it is of those of the law.
-        let mut beside = table.pointer(place).cloned().unwrap_or_default();
+        let mut beside = table.pointer(position).cloned().unwrap_or_default();
         let number = beside.pointer_mut(path).filter(|number| number.is_number());
         if let Some(number) = number {
             *number = (number.as_f64().unwrap_or_default() + 1.0).into();
@@ -73,7 +73,7 @@ fn varied_law(own: &Law, table: &Value, place: &str, paths: &[String]) -> Result
     Ok(varied.chunks(AXES - 1).map(with_axes).collect())
 }
 
-/// The place of the law of a contact in a document, up to the names of its numbers.
+/// The position of the law of a contact in a document, up to the names of its numbers.
 fn law_of(table: &Value, contact: usize) -> String {
     match table.get("contacts") {
         Some(_) => format!("/contacts/{contact}/law"),
@@ -122,7 +122,7 @@ fn system_of(document: &Value) -> Result<System, Error> {
     read.map(|(system, _)| system).map_err(|error| refused(&error))
 }
 
-/// The number at a place of a document.
+/// The number at a position of a document.
 fn number_of(table: &mut Value, path: &str) -> Result<f64, Error> {
     let number = numbers_at(table, path).first().and_then(|number| number.as_f64());
     number.ok_or_else(|| refused(&format!("the system document has no number {path:?}")))
