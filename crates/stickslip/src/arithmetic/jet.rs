@@ -32,7 +32,6 @@ impl Jet {
     }
 
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn with(value: f64, slope: impl FnMut(usize) -> f64) -> Self {
         let slopes = std::array::from_fn(slope);
         Self { value, slopes }
@@ -41,7 +40,6 @@ impl Jet {
 
 impl From<f64> for Jet {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn from(value: f64) -> Self {
         let slopes = [0.0; AXES];
         Self { value, slopes }
@@ -50,19 +48,16 @@ impl From<f64> for Jet {
 
 impl Scalar for Jet {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn value(self) -> f64 {
         self.value
     }
 
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn vanishes(self) -> bool {
         self.value == 0.0 && self.slopes == [0.0; AXES]
     }
 
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn chain(self, value: f64, slope: f64) -> Self {
         // What does not vary does not where the slope is infinite.
         Self::with(value, |i| {
@@ -75,7 +70,6 @@ impl Scalar for Jet {
     }
 
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn power(self, exponent: Self) -> Self {
         let (x, n) = (self.value, exponent.value);
         let value = power(x, n);
@@ -92,7 +86,6 @@ impl Scalar for Jet {
 
 impl PartialEq for Jet {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn eq(&self, other: &Self) -> bool {
         self.value == other.value
     }
@@ -100,7 +93,6 @@ impl PartialEq for Jet {
 
 impl PartialEq<f64> for Jet {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn eq(&self, other: &f64) -> bool {
         self.value == *other
     }
@@ -108,7 +100,6 @@ impl PartialEq<f64> for Jet {
 
 impl PartialOrd for Jet {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.value.partial_cmp(&other.value)
     }
@@ -116,7 +107,6 @@ impl PartialOrd for Jet {
 
 impl PartialOrd<f64> for Jet {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
         self.value.partial_cmp(other)
     }
@@ -125,7 +115,6 @@ impl PartialOrd<f64> for Jet {
 impl Neg for Jet {
     type Output = Self;
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn neg(self) -> Self {
         Self::with(-self.value, |i| -self.slopes[i])
     }
@@ -134,7 +123,6 @@ impl Neg for Jet {
 impl Add for Jet {
     type Output = Self;
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn add(self, other: Self) -> Self {
         Self::with(self.value + other.value, |i| self.slopes[i] + other.slopes[i])
     }
@@ -143,7 +131,6 @@ impl Add for Jet {
 impl Sub for Jet {
     type Output = Self;
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn sub(self, other: Self) -> Self {
         Self::with(self.value - other.value, |i| self.slopes[i] - other.slopes[i])
     }
@@ -152,7 +139,6 @@ impl Sub for Jet {
 impl Mul for Jet {
     type Output = Self;
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn mul(self, other: Self) -> Self {
         let (one, two) = (self * other.value, other * self.value);
         Self::with(one.value, |i| one.slopes[i] + two.slopes[i])
@@ -162,7 +148,6 @@ impl Mul for Jet {
 impl Div for Jet {
     type Output = Self;
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn div(self, other: Self) -> Self {
         let (quotient, inverse) = (self.value / other.value, 1.0 / other.value);
         Self::with(quotient, |i| {
@@ -174,7 +159,6 @@ impl Div for Jet {
 impl Add<f64> for Jet {
     type Output = Self;
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn add(self, other: f64) -> Self {
         Self {
             value: self.value + other,
@@ -186,7 +170,6 @@ impl Add<f64> for Jet {
 impl Sub<f64> for Jet {
     type Output = Self;
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn sub(self, other: f64) -> Self {
         self + -other
     }
@@ -195,7 +178,6 @@ impl Sub<f64> for Jet {
 impl Mul<f64> for Jet {
     type Output = Self;
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn mul(self, factor: f64) -> Self {
         Self::with(self.value * factor, |i| self.slopes[i] * factor)
     }
@@ -204,7 +186,6 @@ impl Mul<f64> for Jet {
 impl Div<f64> for Jet {
     type Output = Self;
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn div(self, divisor: f64) -> Self {
         Self::with(self.value / divisor, |i| self.slopes[i] / divisor)
     }
@@ -212,7 +193,6 @@ impl Div<f64> for Jet {
 
 impl AddAssign for Jet {
     #[cfg_attr(target_arch = "wasm32", inline(never))]
-    #[cfg_attr(not(target_arch = "wasm32"), inline)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }

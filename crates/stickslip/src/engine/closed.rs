@@ -1,6 +1,6 @@
 //! The motion of one mass in closed form, segment by segment.
 
-use super::crossings::{self, Receiver, Stride};
+use super::crossings::{Stride, between};
 use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
@@ -394,12 +394,8 @@ impl<const H: usize> Course for ClosedPhase<H> {
                 }
             }
             Motion::Slip(slip, stride) => {
-                let mut receiver = Receiver {
-                    watched,
-                    point: |tau, state| self.at(tau, state),
-                    found,
-                };
-                crossings::between(slip, cuts, span, stride, &mut receiver);
+                let point = |tau, state| self.at(tau, state);
+                between(slip, cuts, span, stride, watched, &point, found);
             }
         }
     }

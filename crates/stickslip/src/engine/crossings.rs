@@ -72,11 +72,11 @@ struct Sample {
 const MOST_CUTS: usize = 2;
 
 /// Who receives the crossings.
-pub(super) struct Receiver<'a, 'w, P, F> {
-    pub(super) watched: &'a mut Watched<'w>,
+struct Receiver<'a, 'w> {
+    watched: &'a mut Watched<'w>,
     /// The point at a time, of a position and a velocity.
-    pub(super) point: P,
-    pub(super) found: F,
+    point: &'a dyn Fn(f64, [f64; 2]) -> Point,
+    found: &'a mut dyn FnMut(Point),
 }
 
 /// A root, as a short step from a time at which the motion is known.
@@ -87,23 +87,17 @@ struct Root<const H: usize> {
 }
 
 /// Tell of every crossing of some surfaces from one time to another, all of them seen at the same samples.
-pub(super) fn between<const H: usize, P, F>(
+pub(super) fn between<const H: usize>(
     slip: &Slip<H>,
     cuts: &mut [&mut Cut],
     (from, to): (f64, f64),
     usual: &Stride<H>,
-    receiver: &mut Receiver<P, F>,
-) where
-    P: Fn(f64, [f64; 2]) -> Point,
-    F: FnMut(usize, Point),
-{
+    watched: &mut Watched,
+    point: &dyn Fn(f64, [f64; 2]) -> Point,
+    found: &mut dyn FnMut(usize, Point),
+) {
     let last = cuts.len() - 1;
     let crossings: [_; MOST_CUTS] = std::array::from_fn(|which| Crossings::new(slip, cuts[which.min(last)]));
-    let Receiver {
-        watched,
-        point,
-        found,
-    } = receiver;
     let mut t = from;
     while t < to {
         let mut basis = slip.basis(t);
@@ -123,8 +117,8 @@ pub(super) fn between<const H: usize, P, F>(
                 let right = crossings[which].sample(t + h, &basis);
                 let mut receiver = Receiver {
                     watched,
-                    point: &*point,
-                    found: |point| found(which, point),
+                    point,
+                    found: &mut |point| found(which, point),
                 };
                 crossings[which].cell(
                     cuts[which],
@@ -251,17 +245,14 @@ impl<'a, const H: usize> Crossings<'a, H> {
 
     /// Tell of the crossings between two samples; those after `to` do not count.
     #[inline]
-    fn cell<P, F>(
+    fn cell(
         &self,
         cut: &mut Cut,
         (left, right): (&Sample, &Sample),
         to: f64,
         halvings: u32,
-        receiver: &mut Receiver<&P, F>,
-    ) where
-        P: Fn(f64, [f64; 2]) -> Point,
-        F: FnMut(Point),
-    {
+        receiver: &mut Receiver,
+    ) {
         let (noise, sign) = (self.noise(left, right), left.d[0].signum());
         if least(left, right, 0, sign) > noise {
             let point = || (receiver.point)(left.t, self.state(left.t));
@@ -272,17 +263,14 @@ impl<'a, const H: usize> Crossings<'a, H> {
     }
 
     /// The same where the surface may be met.
-    fn near<P, F>(
+    fn near(
         &self,
         cut: &mut Cut,
         (left, right): (&Sample, &Sample),
         to: f64,
         halvings: u32,
-        receiver: &mut Receiver<&P, F>,
-    ) where
-        P: Fn(f64, [f64; 2]) -> Point,
-        F: FnMut(Point),
-    {
+        receiver: &mut Receiver,
+    ) {
         let noise = self.noise(left, right);
         let ([begin, ..], [end, ..]) = (left.d, right.d);
         let (starts, ends) = (begin.abs() > noise, end.abs() > noise);
@@ -372,7 +360,7 @@ fn least(left: &Sample, right: &Sample, order: usize, sign: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Crossings, Receiver, Stride, between};
+    use super::{Crossings, Stride, between};
     use crate::clock::Clock;
     use crate::event::Work;
     use crate::flow::exact::Frame;
@@ -416,20 +404,24 @@ mod tests {
                 marched_cut.march(span, unit, watched, &guard, &exact, &mut |point| {
                     marched.push(point.t);
                 });
-                let mut receiver = Receiver {
-                    watched,
-                    point,
-                    found: |_, point: Point| {
-                        let off = exact(point.t);
-                        let least = [point.x - off.x, point.v - off.v];
-                        assert!(
-                            least.iter().all(|off| off.abs() < 1e-13),
-                            "{case} {normal:?}: {least:?}"
-                        );
-                        found.push(point.t);
-                    },
+                let mut found_one = |_, point: Point| {
+                    let off = exact(point.t);
+                    let least = [point.x - off.x, point.v - off.v];
+                    assert!(
+                        least.iter().all(|off| off.abs() < 1e-13),
+                        "{case} {normal:?}: {least:?}"
+                    );
+                    found.push(point.t);
                 };
-                between(&slip, &mut [&mut cut], span, &Stride::of(&slip), &mut receiver);
+                between(
+                    &slip,
+                    &mut [&mut cut],
+                    span,
+                    &Stride::of(&slip),
+                    watched,
+                    &point,
+                    &mut found_one,
+                );
                 assert_eq!(
                     found.len(),
                     marched.len(),
