@@ -111,6 +111,11 @@ impl<const N: usize> Lane for Array<N> {
     }
 
     #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f64::sqrt))
+    }
+
+    #[inline(always)]
     fn floor(self) -> Self {
         // Not every processor has an instruction for it, and a call costs five times as much.
         Self(self.0.map(|x| {

@@ -45,6 +45,8 @@ pub trait Lane:
     fn set(&mut self, i: usize, x: f64);
     /// |x|.
     fn abs(self) -> Self;
+    /// √x.
+    fn sqrt(self) -> Self;
     /// The largest whole number not above x, for |x| < 2⁵¹.
     fn floor(self) -> Self;
     /// x < y; no where one is not a number.

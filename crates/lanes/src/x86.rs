@@ -142,6 +142,11 @@ impl Lane for Eight {
     }
 
     #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(safe!(_mm512_sqrt_pd(self.0)))
+    }
+
+    #[inline(always)]
     fn floor(self) -> Self {
         Self(safe!(_mm512_roundscale_pd::<_MM_FROUND_TO_NEG_INF>(self.0)))
     }
@@ -247,6 +252,11 @@ impl Lane for Four {
     #[inline(always)]
     fn abs(self) -> Self {
         Self(safe!(_mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0)))
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(safe!(_mm256_sqrt_pd(self.0)))
     }
 
     #[inline(always)]
@@ -398,6 +408,11 @@ macro_rules! pairs {
             #[inline(always)]
             fn abs(self) -> Self {
                 Self(self.0.abs(), self.1.abs())
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(self.0.sqrt(), self.1.sqrt())
             }
 
             #[inline(always)]

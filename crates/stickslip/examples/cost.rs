@@ -12,7 +12,9 @@ use stickslip::engine::{Closed, Engine, Steps};
 use stickslip::event_sequence;
 use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{LaneMotion, Width, forward};
-use stickslip::law::{BogaczRyczek, DwellTime, Law, PiecewiseLinear, Rational, StaticKinetic};
+use stickslip::law::{
+    BogaczRyczek, DwellTime, ExponentialStribeck, Law, PiecewiseLinear, Rational, StaticKinetic,
+};
 use stickslip::mode::Kind;
 use stickslip::model::Start;
 use stickslip::network;
@@ -129,6 +131,11 @@ fn main() {
         ("P4", static_kinetic(0.5).into()),
         ("P4 of lines", Law::from(stribeck())),
         ("P4 of dwell", dwell.into()),
+        ("P4 of 1/(1 + 3w)", Rational::new(1.0, 3.0).into()),
+        (
+            "P4 of Stribeck",
+            ExponentialStribeck::new(1.0, 0.5, 0.1, 0.2, 1.0).into(),
+        ),
     ] {
         if only.is_empty() || only == name {
             sweep(name, &law, rounds.div_ceil(50));
@@ -270,6 +277,12 @@ fn sweep(name: &str, law: &Law, rounds: u32) {
         .collect();
     let (time, events, _) = best(rounds, || {
         let events = runs.iter().map(|(one, run)| {
+            if !one.closed() {
+                let system = System::from(one);
+                let mut engine = Steps::new(&system, network::Run::driven(run.t_end)).expect("a good system");
+                engine.go(run.t_end, 0.0, &mut Nobody).expect("a good run");
+                return engine.events();
+            }
             let mut engine = Closed::new(one, *run, None);
             engine.go(run.t_end, 0.0, &mut Nobody).expect("a good run");
             engine.events()

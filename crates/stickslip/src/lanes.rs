@@ -11,9 +11,12 @@
 //! | `single_lane.rs` | one motion in a lane of its own |
 //! | `mode_end.rs` | one mode, adhesion or slip, and the state at its end |
 //! | `stick.rs`, `slip.rs` | when adhesion ends, and when slip leaves its line of friction |
+//! | `curve.rs`, `curve_slip.rs` | a smooth curve and its Taylor series, and when slip along it ends |
 //! | `lane_oscillator.rs` | the constants of an oscillator and the state of its motion, in lanes |
 //! | `elementary.rs` | elementary functions in lanes |
 
+mod curve;
+mod curve_slip;
 mod elementary;
 mod eligible;
 mod lane_oscillator;
@@ -22,6 +25,9 @@ mod scheduler;
 mod single_lane;
 mod slip;
 mod stick;
+
+use std::marker::PhantomData;
+use std::ops::AddAssign;
 
 pub use eligible::goes_in_lanes;
 pub(crate) use single_lane::SingleLane;
@@ -33,7 +39,9 @@ use crate::model::Running;
 use crate::orbit::{Event, Segment};
 use crate::oscillator::Oscillator;
 use crate::simulate::{Run, first_hybrid_state};
+use curve::Form;
 use eligible::goes_in_a_single_lane;
+use mode_end::{Curves, Kind, Lines};
 use scheduler::Scheduler;
 
 /// A motion at the begin of a mode, and how far it goes.
@@ -96,6 +104,15 @@ pub(crate) fn root_of_quintic(left: [f64; 3], right: [f64; 3], d: f64) -> f64 {
     .get(0)
 }
 
+impl AddAssign for Tally {
+    fn add_assign(&mut self, other: Self) {
+        self.lanes += other.lanes;
+        self.others += other.others;
+        self.events += other.events;
+        self.handed += other.handed;
+    }
+}
+
 /// Whoever is told of the events, each with the number of its motion and the mode that follows.
 pub type OnEvent<'a> = &'a mut dyn FnMut(usize, &Event, &Segment);
 
@@ -107,13 +124,43 @@ pub fn forward(
     motions: &mut [LaneMotion],
     width: Width,
     go_on: &mut dyn FnMut() -> bool,
-    on_event: Option<OnEvent>,
+    mut on_event: Option<OnEvent>,
 ) -> Tally {
-    let scheduler = Scheduler {
+    let mut tally = Tally::default();
+    let mut forms: Vec<Option<Form>> = Vec::new();
+    for motion in &*motions {
+        let form = Form::of(motion.oscillator);
+        if !forms.contains(&form) {
+            forms.push(form);
+        }
+    }
+    for form in forms {
+        tally += if form.is_some() {
+            scheduled::<Curves>(motions, width, go_on, &mut on_event, form)
+        } else {
+            scheduled::<Lines>(motions, width, go_on, &mut on_event, form)
+        };
+    }
+    tally
+}
+
+fn scheduled<K: Kind>(
+    motions: &mut [LaneMotion],
+    width: Width,
+    go_on: &mut dyn FnMut() -> bool,
+    on_event: &mut Option<OnEvent>,
+    form: Option<Form>,
+) -> Tally {
+    let scheduler = Scheduler::<K> {
         motions,
         go_on,
-        on_event,
+        on_event: match on_event {
+            Some(on_event) => Some(&mut **on_event),
+            None => None,
+        },
         next: 0,
+        form,
+        kind: PhantomData,
         tally: Tally::default(),
     };
     run(scheduler, width)
@@ -125,7 +172,8 @@ pub(crate) fn forward_all(
     go_on: &mut dyn FnMut() -> bool,
     on_event: Option<OnEvent>,
 ) -> Tally {
-    let (mut motions, indices) = motions_of(runs, goes_in_lanes);
+    let singles: Vec<_> = runs.iter().map(|(run, _)| run.smooth_oscillator()).collect();
+    let (mut motions, indices) = motions_of(runs, &singles, goes_in_lanes);
     let width = Width::for_lanes(motions.len());
     let mut tally = match on_event {
         Some(on_event) => {
@@ -136,8 +184,9 @@ pub(crate) fn forward_all(
     };
     tally.others += (runs.len() - indices.len()) as u64;
     for (motion, index) in motions.iter().zip(indices) {
-        if let Running::Closed(engine) = &mut runs[index].0 {
-            engine.take(motion, Vec::new());
+        match &mut runs[index].0 {
+            Running::Closed(engine) => engine.take(motion, Vec::new()),
+            Running::Steps(engine) => engine.take(motion),
         }
     }
     tally
@@ -146,7 +195,8 @@ pub(crate) fn forward_all(
 /// The same where they will be looked at: each shows what it passed, or the first of it, when it goes on. Those stay that do
 /// not have these bits when they go alone.
 pub(crate) fn forward_seen(runs: &mut [(Running, f64)], go_on: &mut dyn FnMut() -> bool) {
-    let (mut motions, indices) = motions_of(runs, goes_in_a_single_lane);
+    let singles = vec![None; runs.len()];
+    let (mut motions, indices) = motions_of(runs, &singles, goes_in_a_single_lane);
     let mut open: Vec<Segment> = Vec::with_capacity(motions.len());
     for motion in &mut motions {
         motion.max_events = motion.max_events.min(MOST_EVENTS_KEPT);
@@ -167,19 +217,21 @@ pub(crate) fn forward_seen(runs: &mut [(Running, f64)], go_on: &mut dyn FnMut() 
     }
 }
 
-/// The runs of the oscillators that a rule takes, and their numbers.
+/// The runs of the oscillators that a rule takes, of one mass in closed form or given as `singles`, and their numbers.
 fn motions_of<'a>(
     runs: &[(Running<'a>, f64)],
+    singles: &'a [Option<Oscillator>],
     takes: fn(&Oscillator) -> bool,
 ) -> (Vec<LaneMotion<'a>>, Vec<usize>) {
-    let motions = runs
-        .iter()
-        .enumerate()
-        .filter_map(|(index, (run, t_end))| match run {
-            Running::Closed(engine) if takes(engine.oscillator()) => {
-                Some((engine.lane_motion(*t_end), index))
-            }
-            _ => None,
-        });
+    let motions = runs.iter().zip(singles).enumerate();
+    let motions = motions.filter_map(|(index, ((run, t_end), single))| match (run, single) {
+        (Running::Closed(engine), _) if takes(engine.oscillator()) => {
+            Some((engine.lane_motion(*t_end), index))
+        }
+        (Running::Steps(engine), Some(oscillator)) if takes(oscillator) => {
+            Some((engine.lane_motion(oscillator, *t_end), index))
+        }
+        _ => None,
+    });
     motions.unzip()
 }

@@ -10,6 +10,7 @@ mod combined;
 mod constant_or_nodes;
 mod coulomb;
 mod cubic;
+mod curve;
 pub mod declaration;
 mod dwell_time;
 mod exponential_stribeck;
@@ -33,6 +34,7 @@ pub use combined::Combined;
 pub use constant_or_nodes::ConstantOrNodes;
 pub use coulomb::Coulomb;
 pub use cubic::Cubic;
+pub use curve::{Curve, Fall};
 pub use dwell_time::DwellTime;
 pub use exponential_stribeck::ExponentialStribeck;
 pub use force_rate::ForceRate;
@@ -277,6 +279,11 @@ pub trait Friction<N: Scalar = f64>: Limited {
         self.resolution(N::default()).is_some()
     }
 
+    /// For a smooth law: its kinetic friction as numbers, where it is of that form.
+    fn curve(&self) -> Option<Curve> {
+        None
+    }
+
     /// Kinetic friction on `piece` at slip speed `u`.
     fn force(&self, piece: &Piece<N>, u: N) -> N {
         piece.force(u)
@@ -363,6 +370,7 @@ macro_rules! laws {
             fn grow(&self, u: &mut Series<N>, order: usize, grown: &mut Grown<N>, next: impl FnMut(usize, N) -> N) {
                 match self { $(Self::$name(law) => law.grow(u, order, grown, next)),+ }
             }
+            fn curve(&self) -> Option<Curve> { match self { $(Self::$name(law) => law.curve()),+ } }
             fn resolution(&self, u: N) -> Option<N> { match self { $(Self::$name(law) => law.resolution(u)),+ } }
             fn branches(&self, u: N) -> Option<[N; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
             #[inline]

@@ -17,6 +17,7 @@ use crate::engine::{Closed, Engine, Reached, Steps};
 use crate::error::{Error, wrong};
 use crate::event::Work;
 use crate::hybrid_state::Restart;
+use crate::law::Friction;
 use crate::matrix::Matrix;
 use crate::network;
 use crate::observer::Observer;
@@ -264,6 +265,16 @@ impl Orbit {
 pub enum Running<'a> {
     Closed(Box<Closed<'a>>),
     Steps(Box<Steps<'a>>),
+}
+
+impl Running<'_> {
+    /// The oscillator, where it is one under a smooth law. Near a resonance linear pieces have no closed form, in lanes either.
+    pub(crate) fn smooth_oscillator(&self) -> Option<Oscillator> {
+        match self {
+            Self::Closed(_) => None,
+            Self::Steps(engine) => engine.one_mass().filter(|oscillator| oscillator.law.smooth()),
+        }
+    }
 }
 
 impl Engine for Running<'_> {

@@ -10,12 +10,14 @@ mod contact_states;
 mod end_of_stick;
 mod expansion;
 mod guards;
+mod one_contact;
 pub(crate) mod orbit;
 mod who_sticks;
 
 pub mod sequence;
 mod transition;
 
+pub(crate) use one_contact::next_event;
 pub use orbit::{Orbit, States, branch_of};
 
 use contact_states::Passage;

@@ -5,10 +5,12 @@ use stickslip::batch::Batch;
 use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{LaneMotion, OnEvent, Width, forward, goes_in_lanes};
 use stickslip::law::{
-    BogaczRyczek, Coulomb, DwellTime, Law, LogarithmicDwell, PiecewiseLinear, StaticKinetic,
+    BogaczRyczek, Combined, Coulomb, Cubic, DwellTime, ExponentialStribeck, Friction, Law, LogarithmicDwell,
+    Lorentzian, PiecewiseLinear, PoppStelter, Rational, Rest, StaticKinetic,
 };
 use stickslip::mode::Kind;
 use stickslip::model::Start;
+use stickslip::network;
 use stickslip::orbit::{Event, Record, Segment};
 use stickslip::oscillator::Oscillator;
 use stickslip::rows::Rows;
@@ -82,6 +84,33 @@ fn draw_growing(dice: &mut Dice) -> (Oscillator, Run) {
         dice.between(0.05, 2.0),
     );
     let law = DwellTime::new(kinetic, limit, rate, 1.0).into();
+    (Oscillator { law, ..oscillator }, run)
+}
+
+/// The same with friction along a smooth curve, every other time with static friction that grows with the stick time.
+fn draw_curve(dice: &mut Dice) -> (Oscillator, Run) {
+    let (oscillator, run) = draw(dice);
+    let (kinetic, fall, scale) = (
+        dice.between(0.1, 1.0),
+        dice.between(0.0, 1.0),
+        dice.between(0.05, 1.0),
+    );
+    let viscous = dice.between(-0.02, 0.2);
+    let curve: Law = match dice.below(6) {
+        0 => Rational::new(kinetic + fall, dice.between(0.0, 4.0)).into(),
+        1 => Lorentzian::new(kinetic + fall, kinetic, scale, viscous).into(),
+        2 => ExponentialStribeck::new(kinetic + fall, kinetic, scale, viscous, 1.0).into(),
+        3 => ExponentialStribeck::new(kinetic + fall, kinetic, scale, viscous, 2.0).into(),
+        4 => PoppStelter::new(kinetic + fall, kinetic, 1.0 / scale, dice.between(0.0, 0.1)).into(),
+        _ => Cubic::new(kinetic, 0.3 * kinetic, 0.3 * kinetic).into(),
+    };
+    let at_rest = curve.static_limit(Rest::default());
+    let law = if dice.below(2) == 0 {
+        curve
+    } else {
+        let growth = DwellTime::new(at_rest, dice.between(0.0, 1.0), dice.between(0.05, 2.0), 1.0);
+        Combined::new(Box::new(growth.into()), Box::new(curve)).into()
+    };
     (Oscillator { law, ..oscillator }, run)
 }
 
@@ -174,6 +203,20 @@ fn halved(oscillator: &Oscillator) -> Oscillator {
     }
 }
 
+/// The events of a motion by the engines of single motions that know no lanes.
+fn single_events(oscillator: &Oscillator, run: Run) -> Vec<Event> {
+    if !oscillator.law.smooth() {
+        return simulate(&halved(oscillator), run).unwrap().events;
+    }
+    let run = network::Run {
+        x0: Some(vec![run.x0]),
+        v0: run.v0.map(|v0| vec![v0]),
+        t_end: run.t_end,
+        max_events: run.max_events,
+    };
+    network::simulate(&oscillator.into(), run).unwrap().events
+}
+
 /// Every width against one lane, one lane against a single motion, and against the engine of single motions; what differs there by more than 1e-9 is
 /// ill-conditioned: this engine differs more from itself at a drive velocity that is off by 1e-12, or an event lies elsewhere on
 /// one and the same motion. How many motions, events,
@@ -202,7 +245,8 @@ fn compare(count: usize, seed: u64, draw: fn(&mut Dice) -> (Oscillator, Run)) ->
     }
     let (mut total, mut ill) = (0, 0);
     for ((motion, lane), (oscillator, run)) in lanes.iter().zip(&mut events).zip(&runs) {
-        if !oscillator.forcing.is_empty() {
+        let smooth = oscillator.law.smooth();
+        if !oscillator.forcing.is_empty() && !smooth {
             let alone = simulate(oscillator, *run).unwrap().events;
             assert_eq!(apart(lane, &alone[..lane.len()]), 0.0);
         }
@@ -212,9 +256,11 @@ fn compare(count: usize, seed: u64, draw: fn(&mut Dice) -> (Oscillator, Run)) ->
             v0: Some(motion.v),
             ..*run
         };
-        resume(oscillator, restart, motion.hybrid, &mut Events(lane)).unwrap();
+        if !smooth {
+            resume(oscillator, restart, motion.hybrid, &mut Events(lane)).unwrap();
+        }
         let lane = &lane[..];
-        let single = simulate(&halved(oscillator), *run).unwrap().events;
+        let single = single_events(oscillator, *run);
         total += single.len();
         let difference = apart(lane, &single);
         if difference <= 1e-9 {
@@ -223,9 +269,9 @@ fn compare(count: usize, seed: u64, draw: fn(&mut Dice) -> (Oscillator, Run)) ->
         let spread = [1e-12, -1e-12].map(|off| {
             let beside = Oscillator {
                 drive_velocity: oscillator.drive_velocity * (1.0 + off),
-                ..halved(oscillator)
+                ..oscillator.clone()
             };
-            apart(&simulate(&beside, *run).unwrap().events, &single)
+            apart(&single_events(&beside, *run), &single)
         });
         let first = lane
             .iter()
@@ -269,6 +315,11 @@ fn growing_limits_agree_with_single_motions() {
     usual(compare(400, 3, draw_growing));
 }
 
+#[test]
+fn curves_agree_with_single_motions() {
+    usual(compare(400, 7, draw_curve));
+}
+
 /// No force is no resonance.
 #[test]
 fn motions_without_force_and_damping_stay_in_lanes() {
@@ -305,10 +356,10 @@ fn many_lanes_agree_with_single_motions() {
         number("STICKSLIP_MOTIONS", 100_000),
         number("STICKSLIP_SEED", 1000),
     );
-    let draws = [draw, draw_growing, draw_growing_otherwise];
-    let mut counts = [[0; 4]; 3];
+    let draws = [draw, draw_growing, draw_growing_otherwise, draw_curve];
+    let mut counts = [[0; 4]; 4];
     for seed in first..first + asked / 1000 {
-        let kind = usize::try_from(seed % 3).unwrap();
+        let kind = usize::try_from(seed % 4).unwrap();
         // What fails is named by its seed.
         let found = std::panic::catch_unwind(|| compare(1000, seed, draws[kind]))
             .unwrap_or_else(|_| panic!("seed {seed}"));
@@ -322,6 +373,7 @@ fn many_lanes_agree_with_single_motions() {
     // All together: a few of a thousand more or fewer are handed over by chance.
     usual(counts[0]);
     usual(counts[1]);
+    usual(counts[3]);
 }
 
 /// A slip so short that its end is reached by a long step from the sample before it: the position has all its digits.

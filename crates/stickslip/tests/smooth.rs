@@ -260,3 +260,28 @@ fn follows(law: &Law, orbit: &Orbit) {
         );
     }
 }
+
+/// The numbers of a curve say what its law says, at every slip speed.
+#[test]
+fn curves_are_their_laws() {
+    let mut seen = 0;
+    for facts in Law::facts() {
+        let mut document = facts.example.clone();
+        document["type"] = facts.name.into();
+        let mut laws: Vec<Law> = vec![serde_json::from_value(document.clone()).unwrap()];
+        if facts.name == "ExponentialStribeck" {
+            document["exponent"] = 2.0.into();
+            laws.push(serde_json::from_value(document).unwrap());
+        }
+        for law in laws {
+            let Some(curve) = law.curve() else { continue };
+            let piece = law.begin(0.0, f64::INFINITY, &mut Memory::default());
+            for i in 0..200 {
+                let u = 0.01 * f64::from(i);
+                assert!((curve.force(u) - law.force(&piece, u)).abs() < 1e-15, "{law:?} at {u}");
+            }
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 7);
+}

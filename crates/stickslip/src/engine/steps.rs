@@ -4,19 +4,24 @@ use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::flow::taylor::{Coefficients, ForceLine, Frame, Motion};
+use crate::lanes::LaneMotion;
 use crate::network::orbit::ExpandedSteps;
 use crate::network::{Loop, Orbit, Run, SPEED_ROUNDING};
 use crate::observer::{Course, Observer};
+use crate::oscillator::Oscillator;
 use crate::series::{ORDER, Series, ZERO, at, curvature_bound, derivative, free_time, slope_at};
-use crate::simulate::Stop;
+use crate::simulate::{self, Stop};
 use crate::surface::{Cut, Guard, Point};
 use crate::system::System;
 use crate::watch::Watched;
 
 /// Any number of masses, drives that vary, smooth laws.
 pub struct Steps<'a> {
+    system: &'a System,
     state: Loop<'a>,
     run: Run,
+    /// Events that count for the next call.
+    ahead: u64,
     end: Reached,
 }
 
@@ -28,9 +33,31 @@ impl<'a> Steps<'a> {
     pub fn new(system: &'a System, run: Run) -> Result<Self, Error> {
         Ok(Self {
             state: Loop::started(system, &run)?,
+            system,
             run,
+            ahead: 0,
             end: Reached::default(),
         })
+    }
+
+    /// Its one mass as an oscillator, if it is one.
+    pub(crate) fn one_mass(&self) -> Option<Oscillator> {
+        self.system.one_mass()
+    }
+
+    /// The motion from the start of the run as one that may go in a lane.
+    pub(crate) fn lane_motion<'b>(&self, oscillator: &'b Oscillator, t_end: f64) -> LaneMotion<'b> {
+        let run = simulate::Run {
+            t_end,
+            ..simulate::Run::of_one(&self.run)
+        };
+        LaneMotion::new(oscillator, run, None)
+    }
+
+    /// Take over from where it went there.
+    pub(crate) fn take(&mut self, motion: &LaneMotion) {
+        self.state = Loop::resumed(self.system, (motion.x, motion.v), &motion.hybrid);
+        (self.state.work.events, self.ahead) = (motion.events, motion.events);
     }
 }
 
@@ -38,7 +65,7 @@ impl Engine for Steps<'_> {
     fn go(&mut self, t_end: f64, after: f64, observer: &mut impl Observer) -> Result<Stop, Error> {
         let run = Run {
             t_end,
-            max_events: self.events().saturating_add(self.run.max_events),
+            max_events: (self.events() - std::mem::take(&mut self.ahead)).saturating_add(self.run.max_events),
             ..self.run.clone()
         };
         let stop = self.state.follow(&run, false, after, observer);

@@ -16,7 +16,7 @@
 
 use super::lane_oscillator::LaneOscillator;
 use crate::harmonic::Harmonic;
-use crate::law::{End, Friction, Law, Memory, Piece, Rest};
+use crate::law::{Curve, End, Friction, Law, Memory, Piece, Rest};
 use crate::oscillator::Oscillator;
 
 /// Numbers beyond these, or below one over them, are left to the engine of single motions: sixth powers must not leave the numbers.
@@ -43,7 +43,7 @@ pub(super) fn goes_in_a_single_lane(oscillator: &Oscillator) -> bool {
 /// An oscillator of which a single motion goes in a lane: one that goes in lanes and is forced. Without a force the engine of
 /// single motions is faster.
 pub(super) fn single_lane(oscillator: &Oscillator) -> Option<LaneOscillator> {
-    LaneOscillator::of(oscillator).filter(|lane| lane.constants.force > 0.0)
+    LaneOscillator::of(oscillator).filter(|lane| lane.constants.force > 0.0 && lane.curve.is_none())
 }
 
 /// Whether the lanes can follow slip along a line of friction: from the ω and the larger exponent of its free part, and the
@@ -62,6 +62,8 @@ pub(super) struct Eligible {
     pub(super) static_limit: f64,
     /// How far it grows, and how fast.
     pub(super) growth: [f64; 2],
+    /// The curve of friction, if it is one; then the only line is no more than its beginning.
+    pub(super) curve: Option<Curve>,
 }
 
 impl Eligible {
@@ -75,7 +77,8 @@ impl Eligible {
         };
         let constant = !(law.feels_force_rate() && forced.is_some());
         let alike = std::ptr::eq(law, law.toward(-1.0));
-        if !alike || law.smooth() || !constant || law.branches(0.0).is_some() {
+        let curve = law.curve();
+        if !alike || law.smooth() != curve.is_some() || !constant || law.branches(0.0).is_some() {
             return None;
         }
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
@@ -114,6 +117,7 @@ impl Eligible {
             pieces,
             static_limit,
             growth,
+            curve,
         })
     }
 }

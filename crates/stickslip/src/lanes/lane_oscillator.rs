@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use stickslip_lanes::{Lane, Mask};
 
+use super::curve::{CurveNumbers, Form};
 use super::elementary::add;
 use super::eligible::{Eligible, line_goes};
 use crate::clock::Clock;
@@ -138,11 +139,13 @@ pub(super) struct Track {
     piece: Piece,
 }
 
-/// An oscillator as the lanes need it: what stays the same along a motion, and the lines of its law.
+/// An oscillator as the lanes need it: what stays the same along a motion, and the lines of its law, or one for the beginning of
+/// its curve.
 #[derive(Clone, Debug)]
 pub(super) struct LaneOscillator {
     pub(super) constants: Constants<f64>,
     pub(super) tracks: Vec<Track>,
+    pub(super) curve: Option<(Form, CurveNumbers<f64>)>,
 }
 
 /// Where a mode of the lanes ends.
@@ -158,6 +161,8 @@ pub(super) struct End<L: Lane> {
     pub(super) sin: L,
     pub(super) x: L,
 }
+
+pub(super) use lanes;
 
 impl<L: Lane> End<L> {
     /// Of no lane yet.
@@ -208,6 +213,7 @@ impl LaneOscillator {
             pieces,
             static_limit,
             growth: [growth, growth_rate],
+            curve,
         } = Eligible::of(oscillator)?;
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
         let (natural_squared, offset) = (k / m, pieces[0].offset);
@@ -260,8 +266,14 @@ impl LaneOscillator {
             .enumerate()
             .map(|(index, piece)| Track::of(&constants, m, piece, index))
             .collect();
-        let one_goes = tracks.iter().any(|track| track.line.left == 0.0);
-        one_goes.then_some(Self { constants, tracks })
+        let numbers = curve.map(|curve| CurveNumbers::of(oscillator, &constants, &curve));
+        let curve = Form::of(oscillator).zip(numbers);
+        let one_goes = curve.is_some() || tracks.iter().any(|track| track.line.left == 0.0);
+        one_goes.then_some(Self {
+            constants,
+            tracks,
+            curve,
+        })
     }
 
     /// The line of a state.

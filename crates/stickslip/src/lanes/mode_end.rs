@@ -2,8 +2,48 @@
 
 use stickslip_lanes::{Lane, Mask};
 
-use super::lane_oscillator::{Constants, Line, STEP_HALVINGS, State, Step, Track};
-use super::{slip, stick};
+use super::curve::{CurveNumbers, Form};
+use super::lane_oscillator::{Constants, LaneOscillator, Line, STEP_HALVINGS, State, Step};
+use super::slip::Arrival;
+use super::{curve_slip, slip, stick};
+
+/// What the lanes slip along.
+pub(super) trait Friction<L: Lane>: Sized {
+    /// That of a line of an oscillator, in every lane.
+    fn splat(oscillator: &LaneOscillator, line: f64) -> Self;
+
+    /// Write lane `i`.
+    fn put(&mut self, i: usize, oscillator: &LaneOscillator, line: f64);
+
+    /// Lanes whose states are on other lines.
+    fn left_by(&self, state: &State<L>) -> L::Mask;
+
+    /// When slip ends, in some lanes.
+    fn arrival(&self, c: &Constants<L>, state: &mut State<L>, horizon: L, slips: L::Mask) -> Arrival<L>;
+
+    /// Friction at the slip speed at which it ended.
+    fn force(&self, c: &Constants<L>, speed: L) -> L;
+}
+
+/// Lines or curves, whatever the width.
+pub(super) trait Kind {
+    /// What lanes of some width slip along.
+    type Of<L: Lane>: Friction<L>;
+}
+
+/// Lines of friction.
+pub(super) struct Lines;
+
+impl Kind for Lines {
+    type Of<L: Lane> = CurrentLine<L>;
+}
+
+/// Smooth curves, of the same form in all lanes.
+pub(super) struct Curves;
+
+impl Kind for Curves {
+    type Of<L: Lane> = CurrentCurve<L>;
+}
 
 /// The line of friction that each lane is on, and the steps along it.
 pub(super) struct CurrentLine<L> {
@@ -11,20 +51,77 @@ pub(super) struct CurrentLine<L> {
     pub(super) steps: [Step<L>; STEP_HALVINGS + 1],
 }
 
-impl<L: Lane> CurrentLine<L> {
-    pub(super) fn splat(track: &Track) -> Self {
+impl<L: Lane> Friction<L> for CurrentLine<L> {
+    #[inline(always)]
+    fn splat(oscillator: &LaneOscillator, line: f64) -> Self {
+        let track = oscillator.track(line);
         Self {
             line: Line::splat(&track.line),
             steps: track.steps.each_ref().map(Step::splat),
         }
     }
 
-    /// Write lane `i`.
-    pub(super) fn put(&mut self, i: usize, track: &Track) {
+    #[inline(always)]
+    fn put(&mut self, i: usize, oscillator: &LaneOscillator, line: f64) {
+        let track = oscillator.track(line);
         self.line.put(i, &track.line);
         for (step, one) in self.steps.iter_mut().zip(&track.steps) {
             step.put(i, one);
         }
+    }
+
+    #[inline(always)]
+    fn left_by(&self, state: &State<L>) -> L::Mask {
+        state.line.below(self.line.index) | self.line.index.below(state.line)
+    }
+
+    #[inline(always)]
+    fn arrival(&self, c: &Constants<L>, state: &mut State<L>, horizon: L, slips: L::Mask) -> Arrival<L> {
+        slip::arrival(c, &self.line, &self.steps, state, horizon, slips)
+    }
+
+    #[inline(always)]
+    fn force(&self, _c: &Constants<L>, speed: L) -> L {
+        self.line.offset + self.line.slope * speed
+    }
+}
+
+/// The curve of friction of each lane, which has one line for its beginning.
+pub(super) struct CurrentCurve<L> {
+    form: Form,
+    numbers: CurveNumbers<L>,
+}
+
+impl<L: Lane> Friction<L> for CurrentCurve<L> {
+    #[inline(always)]
+    fn splat(oscillator: &LaneOscillator, _line: f64) -> Self {
+        let (form, numbers) = oscillator.curve.as_ref().expect("an oscillator with a curve");
+        Self {
+            form: *form,
+            numbers: CurveNumbers::splat(numbers),
+        }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, i: usize, oscillator: &LaneOscillator, _line: f64) {
+        if let Some((_, numbers)) = &oscillator.curve {
+            self.numbers.put(i, numbers);
+        }
+    }
+
+    #[inline(always)]
+    fn left_by(&self, _state: &State<L>) -> L::Mask {
+        L::Mask::none()
+    }
+
+    #[inline(always)]
+    fn arrival(&self, c: &Constants<L>, state: &mut State<L>, horizon: L, slips: L::Mask) -> Arrival<L> {
+        curve_slip::arrival(c, self.form, &self.numbers, state, horizon, slips)
+    }
+
+    #[inline(always)]
+    fn force(&self, c: &Constants<L>, _speed: L) -> L {
+        c.offset
     }
 }
 
@@ -80,13 +177,13 @@ pub(super) fn break_away<L: Lane>(
 #[inline(always)]
 pub(super) fn arrive<L: Lane>(
     c: &Constants<L>,
-    current: &CurrentLine<L>,
+    current: &impl Friction<L>,
     state: &mut State<L>,
     horizon: L,
     slips: L::Mask,
 ) -> Outcome<L> {
     let (zero, one, none) = (L::splat(0.0), L::splat(1.0), L::splat(f64::NAN));
-    let arrival = slip::arrival(c, &current.line, &current.steps, state, horizon, slips);
+    let arrival = current.arrival(c, state, horizon, slips);
     let up = slips & (arrival.lasts | (arrival.end.found & horizon.at_most(arrival.end.lasted)));
     let go = arrival.end.found & !up;
     let node = go & zero.below(arrival.speed);
@@ -94,7 +191,7 @@ pub(super) fn arrive<L: Lane>(
     let pull = (state.direction * holding).min(c.offset);
     let sticks = pull.abs().at_most(c.static_limit);
     state.go_to(go, &arrival.end, c.drive - state.direction * arrival.speed);
-    let force = state.direction * (current.line.offset + current.line.slope * arrival.speed);
+    let force = state.direction * current.force(c, arrival.speed);
     let backwards = L::choose(pull.below(zero), -state.direction, state.direction);
     state.direction = L::choose(go & !sticks & !node, backwards, state.direction);
     let at_reversal = L::choose(pull.abs().at_most(c.offset) & !node, one, zero);

@@ -1,18 +1,25 @@
 //! The loop over many motions: it fills the lanes, takes them from mode to mode, and hands modes over to the engine of single
 //! motions.
 
+use std::marker::PhantomData;
+
 use stickslip_lanes::{Lane, Mask, Task};
 
+use super::curve::Form;
 use super::lane_oscillator::{Constants, LaneOscillator, State};
-use super::mode_end::{CurrentLine, Outcome, arrive, break_away};
+use super::mode_end::{Friction, Kind, Outcome, arrive, break_away};
 use super::{LaneMotion, OnEvent, Tally};
 use crate::clock::Clock;
+use crate::network;
 use crate::orbit::{Event, Record, Segment};
 use crate::simulate::next_event;
 
 /// Motions that wait for a lane.
-pub(super) struct Scheduler<'a, 'b, 'c> {
+pub(super) struct Scheduler<'a, 'b, 'c, K> {
     pub(super) motions: &'a mut [LaneMotion<'b>],
+    /// Those of another form stay.
+    pub(super) form: Option<Form>,
+    pub(super) kind: PhantomData<K>,
     pub(super) go_on: &'a mut dyn FnMut() -> bool,
     pub(super) on_event: Option<OnEvent<'c>>,
     pub(super) next: usize,
@@ -37,11 +44,14 @@ impl Record for EventKeeper<'_> {
     }
 }
 
-impl Scheduler<'_, '_, '_> {
+impl<K: Kind> Scheduler<'_, '_, '_, K> {
     /// The next motion that goes in lanes.
     fn enter(&mut self) -> Option<(usize, LaneOscillator, State<f64>)> {
         while let Some(motion) = self.motions.get(self.next) {
             self.next += 1;
+            if Form::of(motion.oscillator) != self.form {
+                continue;
+            }
             if let Some(oscillator) = LaneOscillator::of(motion.oscillator)
                 && motion.x.is_finite()
                 && motion.v.is_finite()
@@ -67,7 +77,8 @@ impl Scheduler<'_, '_, '_> {
     )]
     fn leave(&mut self, index: usize, oscillator: &LaneOscillator, state: &State<f64>) {
         let motion = &mut self.motions[index];
-        if state.events > 0.0 {
+        // Along a curve a motion may have come on without an event.
+        if state.events > 0.0 || oscillator.curve.is_some() {
             (motion.x, motion.v, motion.hybrid) = oscillator.hybrid(state);
             motion.events += state.events as u64;
             self.tally.events += state.events as u64;
@@ -89,7 +100,12 @@ impl Scheduler<'_, '_, '_> {
             event: None,
             go_on: self.go_on,
         };
-        let (x, v, hybrid) = next_event(motion.oscillator, (x, v), hybrid, motion.t_end, &mut keeper)?;
+        let next = if oscillator.curve.is_some() {
+            network::next_event(motion.oscillator, (x, v), &hybrid, motion.t_end, &mut keeper)
+        } else {
+            next_event(motion.oscillator, (x, v), hybrid, motion.t_end, &mut keeper)
+        };
+        let (x, v, hybrid) = next?;
         self.tally.handed += 1;
         if let (Some(on_event), Some(event)) = (&mut self.on_event, keeper.event) {
             on_event(index, &event, &Segment::new(hybrid.clock, x, v, &hybrid.mode));
@@ -105,7 +121,7 @@ impl Scheduler<'_, '_, '_> {
 /// What is in a lane: the number of the motion, and its oscillator.
 type Occupant = Option<(usize, LaneOscillator)>;
 
-impl Task for Scheduler<'_, '_, '_> {
+impl<K: Kind> Task for Scheduler<'_, '_, '_, K> {
     type Output = Tally;
 
     #[inline(always)]
@@ -116,7 +132,7 @@ impl Task for Scheduler<'_, '_, '_> {
         };
         // Lanes that wait hold something sensible.
         let mut c = Constants::<L>::splat(&oscillator.constants);
-        let mut current = CurrentLine::<L>::splat(oscillator.track(first.line));
+        let mut current = K::Of::<L>::splat(&oscillator, first.line);
         let mut state = State::<L>::splat(&first);
         let mut occupants: Vec<Occupant> = vec![None; L::WIDTH];
         occupants[0] = Some((index, oscillator));
@@ -142,7 +158,7 @@ impl Task for Scheduler<'_, '_, '_> {
                     alive.put(i, next.is_some());
                     if let Some((index, oscillator, first)) = next {
                         c.put(i, &oscillator.constants);
-                        current.put(i, oscillator.track(first.line));
+                        current.put(i, &oscillator, first.line);
                         state.put(i, &first);
                         occupants[i] = Some((index, oscillator));
                     }
@@ -165,12 +181,11 @@ impl Task for Scheduler<'_, '_, '_> {
                 (state.end_periods - state.periods) * (c.period + c.period_low) + (state.end_t - state.t);
             let slips = !zero.below(state.stuck) & alive & !done & (state.events + one).below(state.most);
             if slips.any() {
-                let others =
-                    slips & (state.line.below(current.line.index) | current.line.index.below(state.line));
+                let others = slips & current.left_by(&state);
                 if others.any() {
                     for i in (0..L::WIDTH).filter(|&i| others.at(i)) {
                         if let Some((_, oscillator)) = &occupants[i] {
-                            current.put(i, oscillator.track(state.line.get(i)));
+                            current.put(i, oscillator, state.line.get(i));
                         }
                     }
                 }
@@ -183,7 +198,7 @@ impl Task for Scheduler<'_, '_, '_> {
     }
 }
 
-impl Scheduler<'_, '_, '_> {
+impl<K: Kind> Scheduler<'_, '_, '_, K> {
     /// Give the lanes of `unsettled` to the engine of single motions for one mode; those whose mode lasts to the end are done.
     #[inline(always)]
     fn hand_over<L: Lane>(

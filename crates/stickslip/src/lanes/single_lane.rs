@@ -4,7 +4,7 @@ use stickslip_lanes::{Lane, Mask, Single};
 
 use super::eligible::single_lane;
 use super::lane_oscillator::{Constants, LaneOscillator, State};
-use super::mode_end::{CurrentLine, arrive, break_away};
+use super::mode_end::{CurrentLine, Friction, arrive, break_away};
 use crate::clock::Clock;
 use crate::hybrid_state::HybridState;
 use crate::law::Memory;
@@ -33,7 +33,7 @@ impl SingleLane {
         };
         Some(Box::new(Self {
             constants: Constants::splat(&oscillator.constants),
-            current: CurrentLine::splat(oscillator.track(0.0)),
+            current: CurrentLine::splat(&oscillator, 0.0),
             state: State::splat(&oscillator.state((0.0, 0.0), &start, 0.0, 0)),
             state_is_valid: false,
             oscillator,
@@ -58,8 +58,8 @@ impl SingleLane {
         let outcome = if zero.below(state.stuck).any() {
             break_away(&self.constants, state, horizon, all)
         } else {
-            if state.line.get(0) != self.current.line.index.get(0) {
-                self.current = CurrentLine::splat(self.oscillator.track(state.line.get(0)));
+            if self.current.left_by(state).any() {
+                self.current = CurrentLine::splat(&self.oscillator, state.line.get(0));
             }
             arrive(&self.constants, &self.current, state, horizon, all)
         };

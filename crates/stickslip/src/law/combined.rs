@@ -1,7 +1,7 @@
 //! Static friction of one law with the kinetic friction of another: how a curve is given a memory.
 
 use super::static_kinetic::at_least_kinetic;
-use super::{Adhesion, DwellTime, End, ExponentialStribeck, Friction, Law, Memory, Piece, Rest};
+use super::{Adhesion, Curve, DwellTime, End, ExponentialStribeck, Friction, Law, Memory, Piece, Rest};
 use crate::error::{Error, wrong};
 use crate::law::declaration::{Limited, parameters};
 use crate::scalar::Scalar;
@@ -69,6 +69,10 @@ impl<N: Scalar> Friction<N> for Combined<N> {
 
     fn resolution(&self, u: N) -> Option<N> {
         self.kinetic.resolution(u)
+    }
+
+    fn curve(&self) -> Option<Curve> {
+        self.kinetic.curve()
     }
 
     fn force(&self, piece: &Piece<N>, u: N) -> N {

@@ -1,6 +1,6 @@
 //! Friction that weakens and then grows again, as a cubic.
 
-use super::{Friction, Memory, Piece, Rest};
+use super::{Curve, Fall, Friction, Memory, Piece, Rest};
 use crate::law::declaration::parameters;
 use crate::scalar::Scalar;
 use crate::series::{Grown, Series, product};
@@ -34,6 +34,16 @@ impl<N: Scalar> Friction<N> for Cubic<N> {
 
     fn resolution(&self, _u: N) -> Option<N> {
         Some(f64::INFINITY.into())
+    }
+
+    fn curve(&self) -> Option<Curve> {
+        let [at_rest, linear, cubic] = [self.at_rest, self.linear, self.cubic].map(N::value);
+        Some(Curve {
+            polynomial: [at_rest, -linear, 0.0, cubic],
+            fall: 0.0,
+            scale: 1.0,
+            form: Fall::Rational,
+        })
     }
 
     fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {

@@ -1,7 +1,7 @@
 //! Friction that weakens exponentially with speed, with a viscous part.
 
 use super::static_kinetic::at_least_kinetic;
-use super::{Friction, Memory, Piece, Rest};
+use super::{Curve, Fall, Friction, Memory, Piece, Rest};
 use crate::error::{Error, misshapen};
 use crate::law::declaration::{Limited, parameters};
 use crate::scalar::Scalar;
@@ -74,6 +74,20 @@ impl<N: Scalar> Friction<N> for ExponentialStribeck<N> {
         // So far out the exponential is below rounding.
         let gone = if self.exponent == 2.0 { 6.0 } else { 36.0 };
         Some((u.abs() - self.scale * gone).max(self.scale))
+    }
+
+    fn curve(&self) -> Option<Curve> {
+        let [break_away, kinetic, viscous] = [self.break_away, self.kinetic, self.viscous].map(N::value);
+        Some(Curve {
+            polynomial: [kinetic, viscous, 0.0, 0.0],
+            fall: break_away - kinetic,
+            scale: self.scale.value(),
+            form: if self.exponent == 2.0 {
+                Fall::Gaussian
+            } else {
+                Fall::Exponential
+            },
+        })
     }
 
     fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {

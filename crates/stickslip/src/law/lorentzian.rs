@@ -1,7 +1,7 @@
 //! Friction that weakens with the square of the speed, as a Lorentz curve, with a viscous part.
 
 use super::static_kinetic::at_least_kinetic;
-use super::{Friction, Memory, Piece, Rest};
+use super::{Curve, Fall, Friction, Memory, Piece, Rest};
 use crate::error::Error;
 use crate::law::declaration::{Limited, parameters};
 use crate::scalar::Scalar;
@@ -48,6 +48,16 @@ impl<N: Scalar> Friction<N> for Lorentzian<N> {
     fn resolution(&self, u: N) -> Option<N> {
         // Half of the way to the poles at ±i w_s.
         Some((u * u + self.scale * self.scale).sqrt() * 0.5)
+    }
+
+    fn curve(&self) -> Option<Curve> {
+        let [break_away, kinetic, viscous] = [self.break_away, self.kinetic, self.viscous].map(N::value);
+        Some(Curve {
+            polynomial: [kinetic, viscous, 0.0, 0.0],
+            fall: break_away - kinetic,
+            scale: self.scale.value(),
+            form: Fall::Lorentzian,
+        })
     }
 
     fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {

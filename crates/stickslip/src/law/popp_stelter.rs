@@ -1,7 +1,7 @@
 //! The law of Popp and Stelter: a hyperbola that falls to a kinetic force, and a square that rises from it.
 
 use super::static_kinetic::at_least_kinetic;
-use super::{Friction, Memory, Piece, Rest};
+use super::{Curve, Fall, Friction, Memory, Piece, Rest};
 use crate::error::Error;
 use crate::law::declaration::{Limited, parameters};
 use crate::scalar::Scalar;
@@ -44,6 +44,16 @@ impl<N: Scalar> Friction<N> for PoppStelter<N> {
 
     fn resolution(&self, u: N) -> Option<N> {
         Some((u.abs() + self.weakening.inverse()) * 0.5)
+    }
+
+    fn curve(&self) -> Option<Curve> {
+        let [break_away, kinetic, square] = [self.break_away, self.kinetic, self.square].map(N::value);
+        Some(Curve {
+            polynomial: [kinetic, 0.0, square, 0.0],
+            fall: break_away - kinetic,
+            scale: 1.0 / self.weakening.value(),
+            form: Fall::Rational,
+        })
     }
 
     fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {

@@ -1,6 +1,6 @@
 //! Friction that weakens with speed as a hyperbola.
 
-use super::{Friction, Memory, Piece, Rest};
+use super::{Curve, Fall, Friction, Memory, Piece, Rest};
 use crate::law::declaration::parameters;
 use crate::scalar::Scalar;
 use crate::series::{Grown, Series, reciprocal};
@@ -31,6 +31,16 @@ impl<N: Scalar> Friction<N> for Rational<N> {
 
     fn resolution(&self, u: N) -> Option<N> {
         Some((u.abs() + self.weakening.inverse()) * 0.5)
+    }
+
+    fn curve(&self) -> Option<Curve> {
+        let (fall, weakening) = (self.break_away.value(), self.weakening.value());
+        Some(Curve {
+            polynomial: [0.0; 4],
+            fall,
+            scale: 1.0 / weakening,
+            form: Fall::Rational,
+        })
     }
 
     fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {

@@ -146,6 +146,29 @@ impl<L: Checked + Clone + DeserializeOwned> System<L> {
     }
 }
 
+impl System {
+    /// The oscillator that is the same, if there is one.
+    pub(crate) fn one_mass(&self) -> Option<Oscillator> {
+        let ([mass], [stiffness], [damping], [contact]) = (
+            &self.mass[..],
+            &self.stiffness[..],
+            &self.damping[..],
+            &self.contacts[..],
+        ) else {
+            return None;
+        };
+        let oscillator = Oscillator {
+            mass: mass[0],
+            stiffness: stiffness[0],
+            damping: damping[0],
+            drive_velocity: contact.drive_velocity.velocity,
+            law: contact.law.clone(),
+            forcing: self.forcing.iter().map(Force::harmonic).collect(),
+        };
+        (Self::from(&oscillator) == *self).then_some(oscillator)
+    }
+}
+
 /// The least part of a mass that the others must leave alone: accelerations have fewer digits by as much.
 const LEAST_OWN_MASS: f64 = 1e-9;
 

@@ -1,0 +1,95 @@
+//! A run of one mass that goes on from a hybrid state, and comes to one.
+
+use super::{Loop, Run};
+use crate::event::Start;
+use crate::hybrid_state::HybridState;
+use crate::mode::Mode;
+use crate::observer::Observer;
+use crate::orbit::{Event, Record};
+use crate::oscillator::Oscillator;
+use crate::simulate::Stop;
+use crate::system::System;
+
+/// Hands the one event on.
+struct One<'a, R>(&'a mut R);
+
+impl<R: Record> Observer for One<'_, R> {
+    const PASSES: bool = false;
+
+    fn event(&mut self, event: &Event) {
+        self.0.event(*event);
+    }
+
+    fn go_on(&mut self) -> bool {
+        self.0.go_on()
+    }
+}
+
+/// Position, velocity and hybrid state after the next event of a motion from a hybrid state, if it occurs before `t_end` and
+/// `record` goes on until then: as [`crate::simulate::next_event`] for motions that have no closed form.
+pub(crate) fn next_event(
+    oscillator: &Oscillator,
+    at: (f64, f64),
+    hybrid: &HybridState,
+    t_end: f64,
+    record: &mut impl Record,
+) -> Option<(f64, f64, HybridState)> {
+    let system = System::from(oscillator);
+    let mut state = Loop::resumed(&system, at, hybrid);
+    let run = Run {
+        max_events: 1,
+        ..Run::driven(t_end)
+    };
+    let stop = state.follow(&run, false, f64::NEG_INFINITY, &mut One(record));
+    (stop == Stop::MaxEvents).then(|| (state.x[0], state.v[0], state.hybrid()))
+}
+
+impl<'a> Loop<'a> {
+    /// From a hybrid state, that of the only contact.
+    pub(crate) fn resumed(system: &'a System, (x, v): (f64, f64), hybrid: &HybridState) -> Self {
+        let run = Run {
+            x0: Some(vec![x]),
+            v0: Some(vec![v]),
+            ..Run::driven(f64::INFINITY)
+        };
+        let mut state = Self::new(system, &run);
+        state.clock = hybrid.clock;
+        let contact = &mut state.contacts[0];
+        contact.memory = hybrid.memory;
+        contact.stuck_since = hybrid.clock;
+        if let Mode::Slip {
+            direction,
+            piece,
+            start,
+        } = hybrid.mode
+        {
+            (contact.direction, contact.piece) = (direction, piece);
+            contact.at_reversal = start == Start::Reversal;
+        }
+        state
+    }
+
+    /// The hybrid state of the only contact.
+    fn hybrid(&self) -> HybridState {
+        let contact = &self.contacts[0];
+        let mode = if contact.direction == 0.0 {
+            Mode::Stick
+        } else {
+            let at_zero = self.v[0] == self.motion.drives()[0][0];
+            Mode::Slip {
+                direction: contact.direction,
+                piece: contact.piece,
+                start: match (contact.at_reversal, at_zero) {
+                    (true, _) => Start::Reversal,
+                    (false, true) => Start::Low,
+                    (false, false) => Start::Inside,
+                },
+            }
+        };
+        HybridState {
+            clock: self.clock,
+            mode,
+            memory: contact.memory,
+        }
+    }
+}
