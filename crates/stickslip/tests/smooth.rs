@@ -278,7 +278,10 @@ fn curves_are_their_laws() {
             let piece = law.begin(0.0, f64::INFINITY, &mut Memory::default());
             for i in 0..200 {
                 let u = 0.01 * f64::from(i);
-                assert!((curve.force(u) - law.force(&piece, u)).abs() < 1e-15, "{law:?} at {u}");
+                assert!(
+                    (curve.force(u) - law.force(&piece, u)).abs() < 1e-15,
+                    "{law:?} at {u}"
+                );
             }
             seen += 1;
         }

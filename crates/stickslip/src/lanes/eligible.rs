@@ -2,12 +2,13 @@
 //!
 //! - At most one harmonic acts.
 //! - The drive moves forward.
-//! - Friction is alike in both directions, and is neither one smooth curve nor two branches between which the motion switches.
-//! - In slip, friction is one chain of not too many lines, without jumps and without memory.
+//! - Friction is alike in both directions, and has no two branches between which the motion switches.
+//! - In slip, friction is one chain of not too many lines, without jumps and without memory, or a smooth curve that is known by
+//!   its numbers ([`Friction::curve`]).
 //! - The static limit at the begin of adhesion is the same each time: under a force it does not depend on the force rate. Without
 //!   a force it grows exponentially or not at all.
 //! - All numbers are moderate, and no line is so short that rounding makes its ends one.
-//! - The lanes can follow at least one of the lines: it is not too steep, and its two exponents are not too near to each other
+//! - Lanes can follow the curve, or at least one of the lines: it is not too steep, and its two exponents are not too near to each other
 //!   ([`line_goes`]).
 //!
 //! An oscillator that meets them may still have modes that a lane hands over to the engine of single motions: adhesion whose
