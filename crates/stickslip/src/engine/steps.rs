@@ -54,8 +54,11 @@ impl<'a> Steps<'a> {
         LaneMotion::new(oscillator, run, None)
     }
 
-    /// Take over from where it went there.
+    /// Take over from where it went there, if it went at all: the start is known better here.
     pub(crate) fn take(&mut self, motion: &LaneMotion) {
+        if motion.hybrid.clock == Clock::default() {
+            return;
+        }
         self.state = Loop::resumed(self.system, (motion.x, motion.v), &motion.hybrid);
         (self.state.work.events, self.ahead) = (motion.events, motion.events);
     }

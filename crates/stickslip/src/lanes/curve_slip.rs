@@ -122,8 +122,8 @@ fn agreed<L: Lane>(
         let next = (t + free).min(h);
         let next = L::choose(next.at_most(h), next, h);
         let [at, rate] = slope_at(u, next);
-        let series = force[0] + gain(force, next);
-        let off = next * numbers.per_mass * (series - form.force(numbers, at)).abs();
+        let along = force[0] + gain(force, next);
+        let off = next * numbers.per_mass * (along - form.force(numbers, at)).abs();
         let agrees = off.at_most(bound);
         h = L::choose(open & !agrees, t + n(0.5) * (next - t), h);
         let on = open & agrees;
@@ -251,12 +251,6 @@ pub(super) fn arrival<L: Lane>(
             break;
         }
         arrival.evaluations += 1;
-        // As many as are followed in lanes: the state stays here, too.
-        let last = if count == MOST_STEPS {
-            active
-        } else {
-            L::Mask::none()
-        };
         let start = StepStart {
             x,
             u,
@@ -289,8 +283,11 @@ pub(super) fn arrival<L: Lane>(
         let ends = active & usual & zero_at.found;
         let step = L::choose(ends, zero_at.at, h);
         let after = gone + step * numbers.unit;
-        // The horizon is met on the way: the state stays at the start of the step.
-        let up = active & usual & (horizon.at_most(after) | last);
+        // The horizon is met on the way, or it is the last step that lanes follow: the state stays at its start.
+        let mut up = active & usual;
+        if count < MOST_STEPS {
+            up = up & horizon.at_most(after);
+        }
         if up.any() {
             state.x = L::choose(up, x, state.x);
             state.v = L::choose(up, c.drive - sign * u, state.v);
