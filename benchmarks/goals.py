@@ -84,6 +84,12 @@ def goals(side: int) -> list[Goal]:
     # As many events as 400 periods of each column have.
     columns = lambda: ss.simulate_many(forced, over, 2910.0, transient=0.0, section="release", keep=1, workers=1)  # noqa: E731
     found.append(("sweep of 1000 frequencies, an event", columns, float(columns()["events"].sum()), 45, 75))
+    curved = replace(forced, law=ss.laws.ExponentialStribeck(1.0, 0.5, 0.1, 0.2))
+    fewer = {"forcing.frequency": np.linspace(0.2, 2.0, 96)}
+    curves = lambda: ss.simulate_many(curved, fewer, 291.0, transient=0.0, section="release", keep=1, workers=1)  # noqa: E731
+    found.append(
+        ("sweep under exponential Stribeck, an event", curves, float(curves()["events"].sum()), np.nan, np.nan)
+    )
     ranges = {"forcing.amplitude": np.linspace(0.02, 1.6, side), "forcing.frequency": np.linspace(0.3, 2.3, side)}
     chart = lambda: ss.regime_map(forced, ranges, transient=TRANSIENT, window=WINDOW, workers=1)  # noqa: E731
     events = float(chart()["events"].sum())
