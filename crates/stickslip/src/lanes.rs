@@ -26,6 +26,7 @@ mod single_lane;
 mod slip;
 mod stick;
 
+use std::cell::RefCell;
 use std::marker::PhantomData;
 use std::ops::AddAssign;
 
@@ -34,7 +35,9 @@ pub(crate) use single_lane::SingleLane;
 pub use stickslip_lanes::Width;
 use stickslip_lanes::{Lane, Single, run};
 
+use crate::engine::steps::PassedStep;
 use crate::hybrid_state::HybridState;
+use crate::law::Friction;
 use crate::model::Running;
 use crate::orbit::{Event, Segment};
 use crate::oscillator::Oscillator;
@@ -116,15 +119,31 @@ impl AddAssign for Tally {
 /// Whoever is told of the events, each with the number of its motion and the mode that follows.
 pub type OnEvent<'a> = &'a mut dyn FnMut(usize, &Event, &Segment);
 
+/// Whoever is shown the steps along curves, each with the number of its motion.
+pub(crate) type OnStep<'a> = &'a mut dyn FnMut(usize, PassedStep);
+
 /// So many events of a run are kept until it is looked at.
 const MOST_EVENTS_KEPT: u64 = 1024;
+/// And so many of one along a curve, with all its steps.
+const MOST_CURVED_EVENTS_KEPT: u64 = 128;
 
 /// Bring every motion that goes in lanes to the last begin of a mode before its end, as long as `go_on` says so; the others stay.
 pub fn forward(
     motions: &mut [LaneMotion],
     width: Width,
     go_on: &mut dyn FnMut() -> bool,
+    on_event: Option<OnEvent>,
+) -> Tally {
+    forward_shown(motions, width, go_on, on_event, None)
+}
+
+/// The same, and show the steps along curves.
+fn forward_shown(
+    motions: &mut [LaneMotion],
+    width: Width,
+    go_on: &mut dyn FnMut() -> bool,
     mut on_event: Option<OnEvent>,
+    mut on_step: Option<OnStep>,
 ) -> Tally {
     let mut tally = Tally::default();
     let mut forms: Vec<Option<Form>> = Vec::new();
@@ -136,9 +155,9 @@ pub fn forward(
     }
     for form in forms {
         tally += if form.is_some() {
-            scheduled::<Curves>(motions, width, go_on, &mut on_event, form)
+            scheduled::<Curves>(motions, width, go_on, (&mut on_event, &mut on_step), form)
         } else {
-            scheduled::<Lines>(motions, width, go_on, &mut on_event, form)
+            scheduled::<Lines>(motions, width, go_on, (&mut on_event, &mut on_step), form)
         };
     }
     tally
@@ -148,7 +167,7 @@ fn scheduled<K: Kind>(
     motions: &mut [LaneMotion],
     width: Width,
     go_on: &mut dyn FnMut() -> bool,
-    on_event: &mut Option<OnEvent>,
+    (on_event, on_step): (&mut Option<OnEvent>, &mut Option<OnStep>),
     form: Option<Form>,
 ) -> Tally {
     let scheduler = Scheduler::<K> {
@@ -156,6 +175,10 @@ fn scheduled<K: Kind>(
         go_on,
         on_event: match on_event {
             Some(on_event) => Some(&mut **on_event),
+            None => None,
+        },
+        on_step: match on_step {
+            Some(on_step) => Some(&mut **on_step),
             None => None,
         },
         next: 0,
@@ -186,7 +209,7 @@ pub(crate) fn forward_all(
     for (motion, index) in motions.iter().zip(indices) {
         match &mut runs[index].0 {
             Running::Closed(engine) => engine.take(motion, Vec::new()),
-            Running::Steps(engine) => engine.take(motion),
+            Running::Steps(engine) => engine.take(motion, Vec::new()),
         }
     }
     tally
@@ -212,6 +235,34 @@ pub(crate) fn forward_seen(runs: &mut [(Running, f64)], go_on: &mut dyn FnMut() 
     forward(&mut motions, width, go_on, Some(on_event));
     for ((motion, passed), index) in motions.iter().zip(passed).zip(indices) {
         if let Running::Closed(engine) = &mut runs[index].0 {
+            engine.take(motion, passed);
+        }
+    }
+}
+
+/// The same of smooth oscillators, few at a time: what their steps pass takes much room.
+pub(crate) fn forward_seen_along_curves(runs: &mut [(Running, f64)], go_on: &mut dyn FnMut() -> bool) {
+    let singles: Vec<_> = runs.iter().map(|(run, _)| run.smooth_oscillator()).collect();
+    if singles.iter().all(Option::is_none) {
+        return;
+    }
+    let (mut motions, indices) = motions_of(runs, &singles, |oscillator| {
+        oscillator.law.smooth() && goes_in_lanes(oscillator)
+    });
+    for motion in &mut motions {
+        motion.max_events = motion.max_events.min(MOST_CURVED_EVENTS_KEPT);
+    }
+    let passed = RefCell::new(vec![Vec::new(); motions.len()]);
+    let on_step: OnStep = &mut |index, step| passed.borrow_mut()[index].push(step);
+    let on_event: OnEvent = &mut |index, event, _| {
+        if let Some(step) = passed.borrow_mut()[index].last_mut() {
+            step.event = Some(*event);
+        }
+    };
+    let width = Width::for_lanes(motions.len());
+    forward_shown(&mut motions, width, go_on, Some(on_event), Some(on_step));
+    for ((motion, passed), index) in motions.iter().zip(passed.into_inner()).zip(indices) {
+        if let Running::Steps(engine) = &mut runs[index].0 {
             engine.take(motion, passed);
         }
     }

@@ -8,6 +8,7 @@ use crate::lanes::LaneMotion;
 use crate::network::orbit::ExpandedSteps;
 use crate::network::{Loop, Orbit, Run, SPEED_ROUNDING};
 use crate::observer::{Course, Observer};
+use crate::orbit::Event;
 use crate::oscillator::Oscillator;
 use crate::series::{ORDER, Series, ZERO, at, curvature_bound, derivative, free_time, slope_at};
 use crate::simulate::{self, Stop};
@@ -22,6 +23,8 @@ pub struct Steps<'a> {
     run: Run,
     /// Events that count for the next call.
     ahead: u64,
+    /// Steps that were gone in lanes, for the next call to show.
+    passed: Vec<PassedStep>,
     end: Reached,
 }
 
@@ -36,6 +39,7 @@ impl<'a> Steps<'a> {
             system,
             run,
             ahead: 0,
+            passed: Vec::new(),
             end: Reached::default(),
         })
     }
@@ -45,22 +49,28 @@ impl<'a> Steps<'a> {
         self.system.one_mass()
     }
 
-    /// The motion from the start of the run as one that may go in a lane.
+    /// The motion as one that may go in a lane.
     pub(crate) fn lane_motion<'b>(&self, oscillator: &'b Oscillator, t_end: f64) -> LaneMotion<'b> {
+        let (at, hybrid) = self.state.at();
         let run = simulate::Run {
+            x0: at.0,
+            v0: Some(at.1),
             t_end,
-            ..simulate::Run::of_one(&self.run)
+            max_events: self.run.max_events - self.ahead,
         };
-        LaneMotion::new(oscillator, run, None)
+        LaneMotion::new(oscillator, run, Some(hybrid))
     }
 
     /// Take over from where it went there, if it went at all: the start is known better here.
-    pub(crate) fn take(&mut self, motion: &LaneMotion) {
-        if motion.hybrid.clock == Clock::default() {
+    pub(crate) fn take(&mut self, motion: &LaneMotion, passed: Vec<PassedStep>) {
+        if motion.hybrid.clock == self.state.step().clock {
             return;
         }
+        let events = self.events() + motion.events;
         self.state = Loop::resumed(self.system, (motion.x, motion.v), &motion.hybrid);
-        (self.state.work.events, self.ahead) = (motion.events, motion.events);
+        self.state.work.events = events;
+        self.ahead += motion.events;
+        self.passed = passed;
     }
 }
 
@@ -71,6 +81,9 @@ impl Engine for Steps<'_> {
             max_events: (self.events() - std::mem::take(&mut self.ahead)).saturating_add(self.run.max_events),
             ..self.run.clone()
         };
+        for step in std::mem::take(&mut self.passed) {
+            step.show(after, observer);
+        }
         let stop = self.state.follow(&run, false, after, observer);
         let step = self.state.step();
         let until = step.clock.until(t_end);
@@ -109,6 +122,20 @@ impl Track {
             x: at(&self.x, tau),
             v: at(&self.v, tau),
             w: self.direction * at(&self.u, tau),
+        }
+    }
+
+    /// All surfaces, one after the other.
+    fn cross_all(
+        &self,
+        clock: Clock,
+        cuts: &mut [&mut Cut],
+        span: (f64, f64),
+        watched: &mut Watched,
+        found: &mut dyn FnMut(usize, Point),
+    ) {
+        for (which, cut) in cuts.iter_mut().enumerate() {
+            self.cross(clock, cut, span, watched, &mut |point| found(which, point));
         }
     }
 
@@ -154,6 +181,69 @@ impl Track {
             }
         };
         cut.march(span, to, watched, &guard, &|t| self.point(clock, t), found);
+    }
+}
+
+impl Track {
+    /// Of a mass that sticks on a drive.
+    pub(crate) fn of_stick(x: f64, drive: f64, rate: f64) -> Self {
+        let mut track = Self {
+            x: ZERO,
+            v: ZERO,
+            u: ZERO,
+            direction: 0.0,
+            rounding: SPEED_ROUNDING * drive,
+            rate,
+        };
+        (track.x[0], track.x[1], track.v[0]) = (x, drive, drive);
+        track
+    }
+}
+
+/// A step of one mass that was gone in lanes, and the event at its end, if there was one.
+#[derive(Clone, Debug)]
+pub(crate) struct PassedStep {
+    pub(crate) clock: Clock,
+    pub(crate) track: Track,
+    pub(crate) lasts: f64,
+    pub(crate) event: Option<Event>,
+}
+
+impl PassedStep {
+    /// Show it from the time `after` on.
+    fn show<O: Observer>(&self, after: f64, observer: &mut O) {
+        let from = self.clock.until(after).max(0.0);
+        if O::PASSES && from < self.lasts {
+            observer.pass(self, (from, self.lasts), false);
+        }
+        if let Some(event) = self.event.filter(|event| event.t >= after) {
+            observer.event(&event);
+        }
+    }
+}
+
+impl Course for PassedStep {
+    fn clock(&self) -> Clock {
+        self.clock
+    }
+
+    fn point(&self, _contact: usize, tau: f64) -> Point {
+        self.track.point(self.clock, tau)
+    }
+
+    fn sticks(&self, _contact: usize) -> bool {
+        self.track.direction == 0.0
+    }
+
+    fn cross(
+        &self,
+        _contact: usize,
+        cuts: &mut [&mut Cut],
+        span: (f64, f64),
+        watched: &mut Watched,
+        found: &mut dyn FnMut(usize, Point),
+    ) {
+        self.track.cross_all(self.clock, cuts, span, watched, found);
     }
 }
 
@@ -224,10 +314,8 @@ impl Course for Step<'_> {
         watched: &mut Watched,
         found: &mut dyn FnMut(usize, Point),
     ) {
-        let track = self.track(contact);
-        for (which, cut) in cuts.iter_mut().enumerate() {
-            track.cross(self.clock, cut, span, watched, &mut |point| found(which, point));
-        }
+        self.track(contact)
+            .cross_all(self.clock, cuts, span, watched, found);
     }
 }
 

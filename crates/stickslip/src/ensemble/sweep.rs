@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::engine::Engine;
 use crate::error::{Error, wrong};
-use crate::lanes::{forward_all, forward_seen};
+use crate::lanes::{forward_all, forward_seen, forward_seen_along_curves};
 use crate::model::{Model, Start};
 use crate::oscillator::Oscillator;
 use crate::regime::Regime;
@@ -15,6 +15,9 @@ use crate::surface::Surface;
 
 /// So many runs go in SIMD lanes, one after the other in each lane.
 const RUNS_ABREAST: usize = 256;
+
+/// So many of them, where friction is a smooth curve, while they are looked at.
+const CURVES_ABREAST: usize = 32;
 
 /// Many runs of one oscillator.
 #[derive(Clone, Debug)]
@@ -84,9 +87,17 @@ impl Sweep {
                 }
                 forward_seen(&mut runs, go_on);
             }
-            for (((model, _), (engine, _)), index) in models.iter().zip(&mut runs).zip(block) {
-                let row = steady_of(model, engine, &self.look, go_on);
-                rows.push(row.map_err(|error| self.rows.error(index, &error))?);
+            let few = runs.chunks_mut(CURVES_ABREAST).zip(models.chunks(CURVES_ABREAST));
+            let mut index = block.start;
+            for (runs, models) in few {
+                if self.look.early == 0.0 {
+                    forward_seen_along_curves(runs, go_on);
+                }
+                for ((model, _), (engine, _)) in models.iter().zip(runs) {
+                    let row = steady_of(model, engine, &self.look, go_on);
+                    rows.push(row.map_err(|error| self.rows.error(index, &error))?);
+                    index += 1;
+                }
             }
         }
         Ok(rows)

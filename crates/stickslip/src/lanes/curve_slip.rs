@@ -10,6 +10,8 @@ use super::curve::{CURVE_ORDER, CurveNumbers, Expansion, Form, LaneSeries, StepS
 use super::elementary::sin_cos;
 use super::lane_oscillator::{Constants, End, State};
 use super::slip::{Arrival, wrapped};
+use crate::engine::steps::Track;
+use crate::series::ZERO;
 
 /// The last terms of a step may be this large compared with the motion.
 const NEGLIGIBLE_TERM: f64 = 5e-17;
@@ -214,6 +216,31 @@ fn first_zero<L: Lane>(
     zero_at
 }
 
+/// The motion in lane `i` along a step, in powers of time.
+#[inline(always)]
+fn track<L: Lane>(along: &Expansion<L>, i: usize, [rate, rounding, direction, drive]: [f64; 4]) -> Track {
+    let mut track = Track {
+        x: ZERO,
+        v: ZERO,
+        u: ZERO,
+        direction,
+        rounding,
+        rate,
+    };
+    let mut power = 1.0;
+    for k in 0..=CURVE_ORDER {
+        (track.x[k], track.u[k]) = (along.x[k].get(i) * power, along.u[k].get(i) * power);
+        track.v[k] = -direction * track.u[k];
+        power *= rate;
+    }
+    track.v[0] += drive;
+    track
+}
+
+/// Whoever is shown the steps of slip: the lane, how many periods and how much time there were at the start of one, what the motion
+/// is along it, and how long it takes.
+pub(super) type OnLaneStep<'a> = &'a mut dyn FnMut(usize, (f64, f64), Track, f64);
+
 /// When slip ends. Where it lasts to the horizon, the state is that at the start of the last step.
 #[inline(always)]
 pub(super) fn arrival<L: Lane>(
@@ -223,6 +250,7 @@ pub(super) fn arrival<L: Lane>(
     state: &mut State<L>,
     horizon: L,
     slips: L::Mask,
+    mut on_step: Option<OnLaneStep>,
 ) -> Arrival<L> {
     let (n, zero, one) = (L::splat, L::splat(0.0), L::splat(1.0));
     let sign = state.direction;
@@ -299,6 +327,17 @@ pub(super) fn arrival<L: Lane>(
             arrival.lasts = arrival.lasts | up;
         }
         let on = active & usual & !up;
+        if let Some(on_step) = &mut on_step {
+            for i in (0..L::WIDTH).filter(|&i| on.at(i)) {
+                let begin = (state.periods.get(i) + periods.get(i), t.get(i));
+                let track = track(
+                    &series,
+                    i,
+                    [numbers.rate, rounding, sign, c.drive].map(|of| of.get(i)),
+                );
+                on_step(i, begin, track, (step * numbers.unit).get(i));
+            }
+        }
         x = L::choose(on, x + gain(&series.x, step), x);
         u = L::choose(on, u + gain(&series.u, step), u);
         gone = L::choose(on, after, gone);

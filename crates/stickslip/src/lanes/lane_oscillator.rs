@@ -276,6 +276,11 @@ impl LaneOscillator {
         })
     }
 
+    /// The fastest rate of motion along its curve, if it has one.
+    pub(super) fn rate(&self) -> f64 {
+        self.curve.as_ref().map_or(1.0, |(_, numbers)| numbers.rate)
+    }
+
     /// The line of a state.
     #[expect(
         clippy::cast_possible_truncation,
@@ -416,7 +421,7 @@ impl LaneOscillator {
     }
 
     /// The time so many periods and a time after the phase of the force was zero.
-    fn clock(&self, periods: f64, t: f64) -> Clock {
+    pub(super) fn clock(&self, periods: f64, t: f64) -> Clock {
         let Constants {
             period,
             period_low,

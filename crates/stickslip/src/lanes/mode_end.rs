@@ -3,6 +3,7 @@
 use stickslip_lanes::{Lane, Mask};
 
 use super::curve::{CurveNumbers, Form};
+use super::curve_slip::OnLaneStep;
 use super::lane_oscillator::{Constants, LaneOscillator, Line, STEP_HALVINGS, State, Step};
 use super::slip::Arrival;
 use super::{curve_slip, slip, stick};
@@ -19,7 +20,14 @@ pub(super) trait Friction<L: Lane>: Sized {
     fn left_by(&self, state: &State<L>) -> L::Mask;
 
     /// When slip ends, in some lanes.
-    fn arrival(&self, c: &Constants<L>, state: &mut State<L>, horizon: L, slips: L::Mask) -> Arrival<L>;
+    fn arrival(
+        &self,
+        c: &Constants<L>,
+        state: &mut State<L>,
+        horizon: L,
+        slips: L::Mask,
+        on_step: Option<OnLaneStep>,
+    ) -> Arrival<L>;
 
     /// Friction at the slip speed at which it ended.
     fn force(&self, c: &Constants<L>, speed: L) -> L;
@@ -76,7 +84,14 @@ impl<L: Lane> Friction<L> for CurrentLine<L> {
     }
 
     #[inline(always)]
-    fn arrival(&self, c: &Constants<L>, state: &mut State<L>, horizon: L, slips: L::Mask) -> Arrival<L> {
+    fn arrival(
+        &self,
+        c: &Constants<L>,
+        state: &mut State<L>,
+        horizon: L,
+        slips: L::Mask,
+        _on_step: Option<OnLaneStep>,
+    ) -> Arrival<L> {
         slip::arrival(c, &self.line, &self.steps, state, horizon, slips)
     }
 
@@ -115,8 +130,15 @@ impl<L: Lane> Friction<L> for CurrentCurve<L> {
     }
 
     #[inline(always)]
-    fn arrival(&self, c: &Constants<L>, state: &mut State<L>, horizon: L, slips: L::Mask) -> Arrival<L> {
-        curve_slip::arrival(c, self.form, &self.numbers, state, horizon, slips)
+    fn arrival(
+        &self,
+        c: &Constants<L>,
+        state: &mut State<L>,
+        horizon: L,
+        slips: L::Mask,
+        on_step: Option<OnLaneStep>,
+    ) -> Arrival<L> {
+        curve_slip::arrival(c, self.form, &self.numbers, state, horizon, slips, on_step)
     }
 
     #[inline(always)]
@@ -181,9 +203,10 @@ pub(super) fn arrive<L: Lane>(
     state: &mut State<L>,
     horizon: L,
     slips: L::Mask,
+    on_step: Option<OnLaneStep>,
 ) -> Outcome<L> {
     let (zero, one, none) = (L::splat(0.0), L::splat(1.0), L::splat(f64::NAN));
-    let arrival = current.arrival(c, state, horizon, slips);
+    let arrival = current.arrival(c, state, horizon, slips, on_step);
     let up = slips & (arrival.lasts | (arrival.end.found & horizon.at_most(arrival.end.lasted)));
     let go = arrival.end.found & !up;
     let node = go & zero.below(arrival.speed);

@@ -6,10 +6,12 @@ use std::marker::PhantomData;
 use stickslip_lanes::{Lane, Mask, Task};
 
 use super::curve::Form;
+use super::curve_slip::OnLaneStep;
 use super::lane_oscillator::{Constants, LaneOscillator, State};
 use super::mode_end::{Friction, Kind, Outcome, arrive, break_away};
-use super::{LaneMotion, OnEvent, Tally};
+use super::{LaneMotion, OnEvent, OnStep, Tally};
 use crate::clock::Clock;
+use crate::engine::steps::{PassedStep, Track};
 use crate::network;
 use crate::orbit::{Event, Record, Segment};
 use crate::simulate::next_event;
@@ -22,6 +24,8 @@ pub(super) struct Scheduler<'a, 'b, 'c, K> {
     pub(super) kind: PhantomData<K>,
     pub(super) go_on: &'a mut dyn FnMut() -> bool,
     pub(super) on_event: Option<OnEvent<'c>>,
+    /// Who is shown the steps along curves, of motions that then leave the lanes where a mode is handed over.
+    pub(super) on_step: Option<OnStep<'c>>,
     pub(super) next: usize,
     pub(super) tally: Tally,
 }
@@ -171,8 +175,12 @@ impl<K: Kind> Task for Scheduler<'_, '_, '_, K> {
             }
             let stuck = zero.below(state.stuck) & alive;
             if stuck.any() {
+                let before = self.on_step.is_some().then_some(state);
                 let outcome = break_away(&c, &mut state, left, stuck);
                 done = done | outcome.at_horizon;
+                if let Some(before) = before {
+                    self.show_sticks(&occupants, &c, &before, &outcome);
+                }
                 self.hand_over(&mut state, &mut done, &occupants, outcome.unsettled);
                 self.tell(&occupants, &c, &state, &outcome);
             }
@@ -189,7 +197,24 @@ impl<K: Kind> Task for Scheduler<'_, '_, '_, K> {
                         }
                     }
                 }
-                let outcome = arrive(&c, &current, &mut state, left, slips);
+                let mut on_step = self.on_step.as_mut().map(|on_step| {
+                    |i: usize, (periods, t), track, lasts| {
+                        if let Some((index, oscillator)) = &occupants[i] {
+                            let clock = oscillator.clock(periods, t);
+                            on_step(
+                                *index,
+                                PassedStep {
+                                    clock,
+                                    track,
+                                    lasts,
+                                    event: None,
+                                },
+                            );
+                        }
+                    }
+                });
+                let shown = on_step.as_mut().map(|on_step| on_step as OnLaneStep);
+                let outcome = arrive(&c, &current, &mut state, left, slips, shown);
                 done = done | outcome.at_horizon;
                 self.hand_over(&mut state, &mut done, &occupants, outcome.unsettled);
                 self.tell(&occupants, &c, &state, &outcome);
@@ -215,9 +240,43 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
             let Some((index, oscillator)) = &occupants[i] else {
                 continue;
             };
-            match self.by_single_engine(*index, oscillator, &state.take(i)) {
+            let after = match self.on_step {
+                Some(_) => None,
+                None => self.by_single_engine(*index, oscillator, &state.take(i)),
+            };
+            match after {
                 Some(after) => state.put(i, &after),
                 None => done.put(i, true),
+            }
+        }
+    }
+
+    /// Show the sticks that ended, from where they began.
+    #[cold]
+    #[inline(never)]
+    fn show_sticks<L: Lane>(
+        &mut self,
+        occupants: &[Occupant],
+        c: &Constants<L>,
+        before: &State<L>,
+        outcome: &Outcome<L>,
+    ) {
+        let Some(on_step) = &mut self.on_step else {
+            return;
+        };
+        for i in (0..L::WIDTH).filter(|&i| outcome.at_event.at(i)) {
+            if let Some((index, oscillator)) = &occupants[i] {
+                let clock = oscillator.clock(before.periods.get(i), before.t.get(i));
+                let track = Track::of_stick(before.x.get(i), c.drive.get(i), oscillator.rate());
+                on_step(
+                    *index,
+                    PassedStep {
+                        clock,
+                        track,
+                        lasts: outcome.event[1].get(i),
+                        event: None,
+                    },
+                );
             }
         }
     }

@@ -61,7 +61,7 @@ impl SingleLane {
             if self.current.left_by(state).any() {
                 self.current = CurrentLine::splat(&self.oscillator, state.line.get(0));
             }
-            arrive(&self.constants, &self.current, state, horizon, all)
+            arrive(&self.constants, &self.current, state, horizon, all, None)
         };
         *evaluations += outcome.evaluations;
         self.state_is_valid = outcome.at_event.any();

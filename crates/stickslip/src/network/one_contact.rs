@@ -41,7 +41,10 @@ pub(crate) fn next_event(
         ..Run::driven(t_end)
     };
     let stop = state.follow(&run, false, f64::NEG_INFINITY, &mut One(record));
-    (stop == Stop::MaxEvents).then(|| (state.x[0], state.v[0], state.hybrid()))
+    (stop == Stop::MaxEvents).then(|| {
+        let ((x, v), hybrid) = state.at();
+        (x, v, hybrid)
+    })
 }
 
 impl<'a> Loop<'a> {
@@ -69,13 +72,17 @@ impl<'a> Loop<'a> {
         state
     }
 
-    /// The hybrid state of the only contact.
-    fn hybrid(&self) -> HybridState {
-        let contact = &self.contacts[0];
+    /// Position and velocity of the only mass, and the hybrid state of the only contact.
+    pub(crate) fn at(&self) -> ((f64, f64), HybridState) {
+        let (contact, drive_velocity) = (&self.contacts[0], self.frame.drives[0].velocity);
+        let (mut x, mut clock) = (self.x[0], self.clock);
         let mode = if contact.direction == 0.0 {
+            // Where the stick began.
+            x -= drive_velocity * self.stick_time(0);
+            clock = contact.stuck_since;
             Mode::Stick
         } else {
-            let at_zero = self.v[0] == self.motion.drives()[0][0];
+            let at_zero = self.v[0] == drive_velocity;
             Mode::Slip {
                 direction: contact.direction,
                 piece: contact.piece,
@@ -86,10 +93,11 @@ impl<'a> Loop<'a> {
                 },
             }
         };
-        HybridState {
-            clock: self.clock,
+        let hybrid = HybridState {
+            clock,
             mode,
             memory: contact.memory,
-        }
+        };
+        ((x, self.v[0]), hybrid)
     }
 }
