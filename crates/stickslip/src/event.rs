@@ -8,6 +8,7 @@
 
 mod direct;
 mod end_of_stick;
+mod falling_limit;
 pub(crate) mod first_root;
 mod free;
 mod search;

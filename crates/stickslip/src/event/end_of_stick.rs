@@ -1,6 +1,6 @@
 //! When adhesion breaks, and when friction leaves the branches between which it holds a slip speed.
 
-use super::first_root::borne_step;
+use super::falling_limit::FallingLimit;
 use super::search::{Ends, Motion, SEARCH_DEGREE, Sample, first_exit};
 use super::slip::{add_waves, waves};
 use super::{ANEW_ROUNDINGS, BESIDE_ROOT, Start, changes_sign};
@@ -11,9 +11,9 @@ use crate::series::free_time;
 use crate::watch::Watched;
 
 /// The friction force that holds a speed.
-struct Reaction<'a, const H: usize> {
-    stick: &'a Stick<H>,
-    bound: [f64; 3],
+pub(super) struct Reaction<'a, const H: usize> {
+    pub(super) stick: &'a Stick<H>,
+    pub(super) bound: [f64; 3],
 }
 
 impl<const H: usize> Motion<H> for Reaction<'_, H> {
@@ -145,7 +145,7 @@ fn breaks<const H: usize>(stick: &Stick<H>, law: &Law, static_limit: Option<[f64
     })
 }
 
-/// Adhesion with a limit that grows with the stick time and falls with the force rate.
+/// Adhesion with a limit that changes with the hold.
 fn changing_limit<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
@@ -155,7 +155,12 @@ fn changing_limit<const H: usize>(
     if H == 0 && stick.rate == 0.0 {
         return None;
     }
-    let search = |law: &Law, side, until| Ok(growing_limit(stick, law, side, until, work));
+    let search = |law: &Law, side, until| {
+        if H > 0 && law.feels_force_rate() {
+            return Ok(FallingLimit::new(stick, law, side, work).first(until));
+        }
+        Ok(growing_limit(stick, law, side, until, work))
+    };
     on_either_side(law, horizon, search).unwrap_or_default()
 }
 
@@ -168,6 +173,16 @@ impl Side {
     #[inline]
     pub(crate) fn sign(self, force: f64) -> f64 {
         self.0.unwrap_or(force.signum())
+    }
+
+    /// The least of what there is for the sign of each side.
+    pub(super) fn least(self, of: impl Fn(f64) -> f64) -> f64 {
+        self.0.map_or_else(|| of(1.0).min(of(-1.0)), &of)
+    }
+
+    /// How far outward a force goes that lies between two.
+    pub(super) fn most(self, low: f64, high: f64) -> f64 {
+        -self.least(|sign| if sign > 0.0 { -high } else { low })
     }
 
     /// The largest step τ in which force + rate τ + curvature τ²/2 surely stays within limit + rise τ.
@@ -197,7 +212,14 @@ pub(crate) fn on_either_side(
     }
 }
 
-/// When adhesion breaks under a limit that changes with the hold, on one side or on either.
+/// The time after which a force that is at its limit is clear of it again, where it has its crest there within rounding and only
+/// touches; none where it goes on.
+pub(super) fn relieved(outward: f64, inward: f64, rounding: f64) -> Option<f64> {
+    let touches = inward > 0.0 && (outward <= 0.0 || outward * outward <= 2.0 * inward * rounding);
+    touches.then(|| outward / inward + (16.0 * rounding / inward).sqrt())
+}
+
+/// When adhesion breaks under a limit that changes with the stick time alone, on one side or on either.
 fn growing_limit<const H: usize>(
     stick: &Stick<H>,
     law: &Law,
@@ -206,58 +228,35 @@ fn growing_limit<const H: usize>(
     work: &mut Watched,
 ) -> Option<f64> {
     let mut t = 0.0;
-    let feels_rate = H > 0 && law.feels_force_rate();
-    let curvature_bound = stick.derivative_bound(2);
+    let curvature_bound = stick.curvature_bound();
     let reach = if H == 0 {
         f64::INFINITY
     } else {
         1.0 / stick.frequency.iter().copied().fold(0.0, f64::max)
     };
-    let limit = |t: f64, rate: f64| law.static_limit(Rest::new(t, rate.abs()));
     loop {
         if work.ends(t) {
             return None;
         }
         work.evaluations += 1;
         let (force, rate, curvature) = stick.at(t);
-        let static_limit = limit(t, rate);
+        let static_limit = law.static_limit(Rest::new(t, rate.abs()));
         let sign = side.sign(force);
-        let size = sign * force;
-        let margin = static_limit - size;
+        let margin = static_limit - sign * force;
         let outward = rate * sign;
         let rounding = stick.rounding(t, static_limit);
-        // A limit that falls with the force rate can also fall below a force that retreats.
-        let passed = feels_rate && margin < -rounding;
-        if passed || margin <= rounding && outward >= 0.0 {
-            // At the limit adhesion breaks, but for a force that has its crest here within rounding: it only touches.
-            let inward = -curvature * sign;
-            if passed || inward <= 0.0 || (outward > 0.0 && outward * outward > 2.0 * inward * rounding) {
-                return Some(t);
+        if margin <= rounding && outward >= 0.0 {
+            match relieved(outward, -curvature * sign, rounding) {
+                Some(touch) => t += touch,
+                None => return Some(t),
             }
-            t += outward.max(0.0) / inward + (16.0 * rounding / inward).sqrt();
             continue;
         }
-        // As the limit does not fall while the contact rests, its value now, at the worst force rate ahead, is a lower bound.
+        // As the limit does not fall while the contact rests, its value now is a lower bound.
         let mut step = side
             .free_time([static_limit, 0.0], [force, rate, curvature_bound])
             .min(reach);
-        let mut growth = law.growth_bound(t);
-        if feels_rate {
-            let least = f64::EPSILON * reach;
-            step = borne_step(step, least, [size, rate, curvature_bound], |rate| limit(t, rate));
-            // Where the force rate falls, the limit grows with it.
-            let window = 2.0 * step;
-            let (swing, fast) = (curvature_bound * window, rate.abs());
-            let mut relief = -curvature * rate.signum() + stick.derivative_bound(3) * window;
-            if swing >= fast {
-                relief = curvature_bound;
-            }
-            if relief > 0.0 {
-                growth += relief.min(curvature_bound)
-                    * law.softening_bound([(fast - swing).max(0.0), fast + swing]);
-            }
-        }
-        if force != 0.0 && growth < outward - curvature_bound * (2.0 * step) {
+        if force != 0.0 && law.growth_bound(t) < outward - curvature_bound * (2.0 * step) {
             // The margin falls from here to twice the step: at most one root, close it.
             match close(stick, law, side, (t, t + 2.0 * step), work) {
                 Ok(root) => return (root < horizon).then_some(root),
@@ -287,10 +286,8 @@ fn close<const H: usize>(
 ) -> Result<f64, f64> {
     let (mut t, mut above, mut crossed) = (low, high, false);
     let (mut last, mut polished) = (f64::INFINITY, false);
-    // From a step this short the next one is below rounding: Halley's error is cubic, Newton's, which it is where the change
-    // of the force rate counts, quadratic.
-    let moves = H > 0 && law.feels_force_rate();
-    let settled = if moves { 1e-9 } else { 1e-5 } * (high - low);
+    // From a step this short the next one is below rounding: Halley's error is cubic.
+    let settled = 1e-5 * (high - low);
     loop {
         if work.ends(t) {
             return Err(t);
@@ -319,11 +316,9 @@ fn close<const H: usize>(
         } else {
             (above, crossed) = (t, true);
         }
-        let mut fall = rate * sign - limit.growth;
+        let fall = rate * sign - limit.growth;
         let mut hastens = curvature * sign;
-        if moves {
-            fall += limit.softening * curvature * rate.signum();
-        } else if limit.curvature.is_finite() {
+        if limit.curvature.is_finite() {
             hastens -= limit.curvature;
         }
         let newton = margin / fall;

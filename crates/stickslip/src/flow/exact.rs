@@ -1,7 +1,7 @@
 //! Closed-form motion of one mass in a mode whose friction is linear in the slip speed: evaluated, never stepped.
 
 use crate::clock::Clock;
-use crate::elementary::{exp, exp_m1, hypot, power, sin_cos};
+use crate::elementary::{exp, exp_m1, hypot, sin_cos};
 use crate::error::Error;
 use crate::harmonic::Harmonic;
 use crate::law::Piece;
@@ -545,12 +545,11 @@ impl<const H: usize> Stick<H> {
         waves(&self.frequency, t)
     }
 
-    /// A bound of the second or third derivative of the holding force.
-    pub(crate) fn derivative_bound(&self, order: i32) -> f64 {
+    /// A bound of the second derivative of the holding force.
+    pub(crate) fn curvature_bound(&self) -> f64 {
         (0..H)
             .map(|j| {
-                power(self.frequency[j], f64::from(order))
-                    * (self.p[j] * self.p[j] + self.q[j] * self.q[j]).sqrt()
+                self.frequency[j] * self.frequency[j] * (self.p[j] * self.p[j] + self.q[j] * self.q[j]).sqrt()
             })
             .sum()
     }
