@@ -169,6 +169,9 @@ fn changing_limit<const H: usize>(
 pub(crate) struct Side(Option<f64>);
 
 impl Side {
+    #[cfg(test)]
+    pub(super) const EITHER: Self = Self(None);
+
     /// The sign by which a force counts.
     #[inline]
     pub(crate) fn sign(self, force: f64) -> f64 {

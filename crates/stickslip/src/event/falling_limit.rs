@@ -307,3 +307,75 @@ fn root(one: &Margin, other: &Margin) -> f64 {
     let v = 1.0 - u;
     one.t + u * (u * (1.0 + 2.0 * v) * (other.t - one.t) + v * change * (v / one.slope - u / other.slope))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::FallingLimit;
+    use crate::event::Work;
+    use crate::event::end_of_stick::Side;
+    use crate::flow::exact::Stick;
+    use crate::law::declaration::Parameters;
+    use crate::law::{BogaczRyczek, ForceRate, Friction, Law, Rest};
+    use crate::watch::Watched;
+
+    /// Against the margin at many times: it is zero where adhesion breaks, and nowhere less before.
+    fn agrees<const H: usize>(stick: &Stick<H>, law: &Law) -> bool {
+        let (mut work, mut yes) = (Work::default(), || true);
+        let horizon = 20.0;
+        let end = FallingLimit::new(stick, law, Side::EITHER, &mut Watched::new(&mut work, &mut yes))
+            .first(horizon);
+        let margin = |t: f64| {
+            let (force, rate, _) = stick.at(t);
+            law.static_limit(Rest::new(t, rate.abs())) - force.abs()
+        };
+        if margin(0.0) <= 0.0 {
+            return end == Some(0.0);
+        }
+        let last = end.unwrap_or(horizon);
+        let least = (0..4000)
+            .map(|i| margin(last * f64::from(i) / 4000.0))
+            .fold(f64::MAX, f64::min);
+        assert!(least > -1e-12, "{least} before {end:?} of {stick:?}");
+        assert!(
+            end.is_none_or(|t| margin(t).abs() < 1e-13),
+            "{end:?} of {stick:?}"
+        );
+        end.is_some()
+    }
+
+    #[test]
+    fn adhesion_breaks_first_where_the_margin_is_zero() {
+        let laws: [Law; 2] = [BogaczRyczek::default().into(), ForceRate::example().into()];
+        let mut broken = 0;
+        for i in 0..2000_u32 {
+            // Numbers that fill a cube evenly.
+            let share = |k: u32| (f64::from(i) * f64::from(k).sqrt()).fract();
+            let (start, rate) = (0.6 * share(2) - 0.3, 0.6 * share(3) - 0.3);
+            let (first, second) = (0.2 + 2.0 * share(5), 0.2 + 5.0 * share(6));
+            let [p, q, r, s] = [7, 10, 11, 13].map(|k| 0.3 * share(k) - 0.15);
+            let law = &laws[usize::from(i % 2 == 1)];
+            broken += u32::from(agrees(
+                &Stick {
+                    frequency: [first],
+                    start,
+                    rate,
+                    p: [p],
+                    q: [q],
+                },
+                law,
+            ));
+            let (frequency, p, q) = ([first, second], [p, r], [q, s]);
+            broken += u32::from(agrees(
+                &Stick {
+                    frequency,
+                    start,
+                    rate,
+                    p,
+                    q,
+                },
+                law,
+            ));
+        }
+        assert!(broken > 1000, "{broken}");
+    }
+}
