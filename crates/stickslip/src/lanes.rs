@@ -30,6 +30,7 @@ use std::cell::RefCell;
 use std::marker::PhantomData;
 use std::ops::AddAssign;
 
+pub(crate) use eligible::CURVES_GO;
 pub use eligible::goes_in_lanes;
 pub(crate) use single_lane::SingleLane;
 pub use stickslip_lanes::Width;

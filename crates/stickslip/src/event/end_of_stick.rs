@@ -156,8 +156,12 @@ fn changing_limit<const H: usize>(
         return None;
     }
     let search = |law: &Law, side, until| {
-        if H > 0 && law.feels_force_rate() {
+        if H == 1 && cfg!(not(target_family = "wasm")) && law.feels_force_rate() {
             return Ok(FallingLimit::new(stick, law, side, work).first(until));
+        }
+        if H > 0 && law.feels_force_rate() {
+            // One copy of the search for all other numbers of harmonics, with the same bits: a core for a browser is small.
+            return Ok(FallingLimit::new(&stick.padded(), law, side, work).first(until));
         }
         Ok(growing_limit(stick, law, side, until, work))
     };

@@ -3,7 +3,7 @@
 use crate::clock::Clock;
 use crate::elementary::{exp, exp_m1, hypot, sin_cos};
 use crate::error::Error;
-use crate::harmonic::Harmonic;
+use crate::harmonic::{Harmonic, MOST_HARMONICS};
 use crate::law::Piece;
 use crate::oscillator::Oscillator;
 
@@ -543,6 +543,18 @@ impl<const H: usize> Stick<H> {
     #[inline]
     pub(crate) fn waves(&self, t: f64) -> ([f64; H], [f64; H]) {
         waves(&self.frequency, t)
+    }
+
+    /// The same with further harmonics of no size.
+    pub(crate) fn padded(&self) -> Stick<MOST_HARMONICS> {
+        let pad = |of: &[f64; H]| std::array::from_fn(|j| of.get(j).copied().unwrap_or(0.0));
+        Stick {
+            frequency: pad(&self.frequency),
+            start: self.start,
+            rate: self.rate,
+            p: pad(&self.p),
+            q: pad(&self.q),
+        }
     }
 
     /// A bound of the second derivative of the holding force.

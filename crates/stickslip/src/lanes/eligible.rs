@@ -30,6 +30,8 @@ const NEAREST_EXPONENTS: f64 = 0.1;
 const SHORTEST_LINE: f64 = 1e-12;
 /// So are laws of more lines than this.
 const MOST_LINES: usize = 64;
+/// Whether motions along curves go in lanes: not in a browser, whose core is small and has no sweeps over rows.
+pub(crate) const CURVES_GO: bool = cfg!(not(target_family = "wasm"));
 
 /// Whether motions of an oscillator go in lanes, many at once.
 pub fn goes_in_lanes(oscillator: &Oscillator) -> bool {
@@ -78,7 +80,7 @@ impl Eligible {
         };
         let constant = !(law.feels_force_rate() && forced.is_some());
         let alike = std::ptr::eq(law, law.toward(-1.0));
-        let curve = law.curve();
+        let curve = law.curve().filter(|_| CURVES_GO);
         if !alike || law.smooth() != curve.is_some() || !constant || law.branches(0.0).is_some() {
             return None;
         }

@@ -266,8 +266,12 @@ impl LaneOscillator {
             .enumerate()
             .map(|(index, piece)| Track::of(&constants, m, piece, index))
             .collect();
-        let numbers = curve.map(|curve| CurveNumbers::of(oscillator, &constants, &curve));
-        let curve = Form::of(oscillator).zip(numbers);
+        let curve = curve.and_then(|curve| {
+            Some((
+                Form::of(oscillator)?,
+                CurveNumbers::of(oscillator, &constants, &curve),
+            ))
+        });
         let one_goes = curve.is_some() || tracks.iter().any(|track| track.line.left == 0.0);
         one_goes.then_some(Self {
             constants,
