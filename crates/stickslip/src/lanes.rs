@@ -40,6 +40,7 @@ use crate::engine::steps::PassedStep;
 use crate::hybrid_state::HybridState;
 use crate::law::Friction;
 use crate::model::Running;
+use crate::network;
 use crate::orbit::{Event, Segment};
 use crate::oscillator::Oscillator;
 use crate::simulate::{Run, first_hybrid_state};
@@ -75,7 +76,13 @@ impl<'a> LaneMotion<'a> {
             oscillator,
             x: run.x0,
             v: run.v0.unwrap_or(oscillator.drive_velocity),
-            hybrid: hybrid.unwrap_or_else(|| first_hybrid_state(oscillator, run)),
+            hybrid: hybrid.unwrap_or_else(|| {
+                if oscillator.law.smooth() {
+                    network::first_hybrid_state(oscillator, run.x0, run.v0)
+                } else {
+                    first_hybrid_state(oscillator, run)
+                }
+            }),
             t_end: run.t_end,
             max_events: run.max_events,
             events: 0,
@@ -128,7 +135,8 @@ const MOST_EVENTS_KEPT: u64 = 1024;
 /// And so many of one along a curve, with all its steps.
 const MOST_CURVED_EVENTS_KEPT: u64 = 128;
 
-/// Bring every motion that goes in lanes to the last begin of a mode before its end, as long as `go_on` says so; the others stay.
+/// Bring every motion that goes in lanes to the last begin of a mode before its end, or of a step along a curve, as long as
+/// `go_on` says so; the others stay.
 pub fn forward(
     motions: &mut [LaneMotion],
     width: Width,
@@ -262,7 +270,10 @@ pub(crate) fn forward_seen_along_curves(runs: &mut [(Running, f64)], go_on: &mut
     };
     let width = Width::for_lanes(motions.len());
     forward_shown(&mut motions, width, go_on, Some(on_event), Some(on_step));
-    for ((motion, passed), index) in motions.iter().zip(passed.into_inner()).zip(indices) {
+    for ((motion, mut passed), index) in motions.iter().zip(passed.into_inner()).zip(indices) {
+        // Of a slip whose end lanes did not find the motion stands at its begin.
+        let end = motion.hybrid.clock;
+        passed.retain(|step| step.clock.until(end.high) + end.low > 0.0);
         if let Running::Steps(engine) = &mut runs[index].0 {
             engine.take(motion, passed);
         }
@@ -270,12 +281,12 @@ pub(crate) fn forward_seen_along_curves(runs: &mut [(Running, f64)], go_on: &mut
 }
 
 /// The runs of the oscillators that a rule takes, of one mass in closed form or given as `singles`, and their numbers.
-fn motions_of<'a>(
-    runs: &[(Running<'a>, f64)],
+fn motions_of<'a, 'b: 'a>(
+    runs: &mut [(Running<'b>, f64)],
     singles: &'a [Option<Oscillator>],
     takes: fn(&Oscillator) -> bool,
 ) -> (Vec<LaneMotion<'a>>, Vec<usize>) {
-    let motions = runs.iter().zip(singles).enumerate();
+    let motions = runs.iter_mut().zip(singles).enumerate();
     let motions = motions.filter_map(|(index, ((run, t_end), single))| match (run, single) {
         (Running::Closed(engine), _) if takes(engine.oscillator()) => {
             Some((engine.lane_motion(*t_end), index))

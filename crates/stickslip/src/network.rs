@@ -17,7 +17,7 @@ mod who_sticks;
 pub mod sequence;
 mod transition;
 
-pub(crate) use one_contact::next_event;
+pub(crate) use one_contact::{first_hybrid_state, next_event};
 pub use orbit::{Orbit, States, branch_of};
 
 use contact_states::Passage;
@@ -208,6 +208,8 @@ pub(crate) struct Loop<'a> {
     held: Held,
     /// The largest speed so far.
     scale: f64,
+    /// That at the begin of the run, where another engine went first.
+    pub(crate) began: Option<f64>,
     /// The largest acceleration so far, or that of the largest speed at the rate of the masses.
     acceleration: f64,
     /// A slip acceleration below this share of the largest one is none where a slip begins without one.
@@ -257,6 +259,7 @@ impl<'a> Loop<'a> {
             contacts: vec![stuck; system.contacts.len()],
             force_lines: Vec::new(),
             scale: 0.0,
+            began: None,
             acceleration: 0.0,
             zero_share: ZERO_SLOPE_SHARE,
             steps: Vec::new(),
@@ -290,7 +293,7 @@ impl<'a> Loop<'a> {
         after: f64,
         observer: &mut O,
     ) -> Stop {
-        let (mut asked, mut began) = (None, None);
+        let (mut asked, mut began) = (None, self.began.take());
         let (mut mark, mut counted) = (self.clock, 0);
         let (mut stage, mut stepped) = (self.clock, 0);
         let mut standing = 0;

@@ -547,3 +547,44 @@ fn window_of(law: &serde_json::Value) {
         }
     }
 }
+
+/// From starts at rest far beyond what adhesion bears, too, and where what is looked at begins with the run.
+#[test]
+fn looks_along_curves_are_those_of_single_rows() {
+    let mut dice = Dice(41);
+    let (mut total, mut others) = (0, 0);
+    for _ in 0..120 {
+        let (oscillator, _) = draw_curve(&mut dice);
+        let sweep = Sweep {
+            rows: Rows {
+                document: serde_json::to_value(&oscillator).unwrap(),
+                names: vec!["x0".into()],
+                values: vec![-3.0, -0.5, 0.0, 0.7, 4.0],
+            },
+            look: Look {
+                points: 20,
+                ..Look::new(if dice.below(2) == 0 { 0.0 } else { 5.0 }, 7.0)
+            },
+        };
+        let begin = Start::default();
+        let rows = sweep.rows(0..5, &begin, &mut || true).expect("good rows");
+        for (index, row) in rows.iter().enumerate() {
+            let single = sweep.row(index, &begin, &mut || true).expect("a good row");
+            let shown = |row: &Steady| {
+                let turns = row.extrema_x.iter().chain(&row.extrema_w).copied();
+                let section = row.section.iter().flat_map(|point| [point.t, point.x, point.v]);
+                let numbers = turns.chain(section).chain(row.x).chain(row.w);
+                numbers.chain([row.stuck_share]).collect::<Vec<_>>()
+            };
+            let (some, other) = (shown(row), shown(&single));
+            let told = |row: &Steady| (row.regime, row.loops, row.events, row.stop);
+            let near = some.len() == other.len()
+                && told(row) == told(&single)
+                && some.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-7);
+            total += 1;
+            others += u32::from(!near);
+        }
+    }
+    // Motions that come near to rest turn by rounding.
+    assert!(others * 100 <= total, "{others} of {total}");
+}

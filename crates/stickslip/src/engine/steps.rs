@@ -50,7 +50,7 @@ impl<'a> Steps<'a> {
     }
 
     /// The motion as one that may go in a lane.
-    pub(crate) fn lane_motion<'b>(&self, oscillator: &'b Oscillator, t_end: f64) -> LaneMotion<'b> {
+    pub(crate) fn lane_motion<'b>(&mut self, oscillator: &'b Oscillator, t_end: f64) -> LaneMotion<'b> {
         let (at, hybrid) = self.state.at();
         let run = simulate::Run {
             x0: at.0,
@@ -66,9 +66,10 @@ impl<'a> Steps<'a> {
         if motion.hybrid.clock == self.state.step().clock {
             return;
         }
-        let events = self.events() + motion.events;
+        let (events, began) = (self.events() + motion.events, self.state.began());
         self.state = Loop::resumed(self.system, (motion.x, motion.v), &motion.hybrid);
         self.state.work.events = events;
+        self.state.began = Some(began);
         self.ahead += motion.events;
         self.passed = passed;
     }

@@ -17,7 +17,7 @@ use crate::surface::Surface;
 const RUNS_ABREAST: usize = 256;
 
 /// So many of them, where friction is a smooth curve, while they are looked at.
-const CURVES_ABREAST: usize = 32;
+const CURVES_ABREAST: usize = 16;
 
 /// Many runs of one oscillator.
 #[derive(Clone, Debug)]

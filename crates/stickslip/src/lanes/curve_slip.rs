@@ -21,6 +21,8 @@ const LONGEST_STEP: f64 = 4.0;
 const SHORTEST_STEP: f64 = 1e-6;
 /// So many steps; a slip that lasts longer is left where it is.
 const MOST_STEPS: usize = 4096;
+/// So many where they are shown, as each that is kept takes much room.
+const MOST_SHOWN_STEPS: usize = 128;
 /// Within a step a curve and its series may differ by as much as changes the speed by this share.
 const SERIES_AGREES: f64 = 1e-14;
 /// They are compared at so many slip speeds at the most.
@@ -51,10 +53,10 @@ const CURVATURES: [f64; CURVE_ORDER] = {
     }
     table
 };
-/// A motion this much faster than at the start of its slip runs away.
+/// A motion this much faster than at its start may run away, which the engine of single motions tells.
 const RUNAWAY_RATIO: f64 = 1e6;
 
-/// r^(1/27) from square roots, from above for r < 1: all that is asked of it is the length of a step.
+/// r^(1/27) from square roots, from below for r < 1: all that is asked of it is the length of a step.
 #[inline(always)]
 fn last_root<L: Lane>(r: L) -> L {
     const { assert!(CURVE_ORDER == 28) };
@@ -67,7 +69,7 @@ fn last_root<L: Lane>(r: L) -> L {
 /// The size of the coefficients `k`, as a velocity.
 #[inline(always)]
 fn size<L: Lane>(series: &Expansion<L>, k: usize, rate: L) -> L {
-    series.u[k].abs().max(series.x[k].abs() * rate)
+    (series.x[k].abs() * rate).max(series.u[k].abs())
 }
 
 /// A polynomial and its slope.
@@ -171,7 +173,8 @@ fn first_zero<L: Lane>(
     let [swing, curvature] = within;
     // What it would be of the slip speed at the end of the step.
     let whole = L::choose(twice, h * h, L::choose(once, h, n(1.0)));
-    let unclear = slips & !(n(4.0) * rounding).below(g[0] * whole);
+    let bounded = curvature.below(n(f64::INFINITY));
+    let unclear = slips & !((n(4.0) * rounding).below(g[0] * whole) & bounded);
     let mut open = slips & !unclear & !swing.below(n(0.999) * g[0]);
     let near_size = n(NEAR) * (g[0] + swing);
     let (mut t, mut near) = (zero, L::Mask::none());
@@ -264,7 +267,7 @@ pub(super) fn arrival<L: Lane>(
     let mut order = L::choose(flat, n(2.0), L::choose(at_zero, one, zero));
     let natural = c.natural_squared.sqrt();
     let mut speed = c.drive.max(state.v.abs()).max(natural * x.abs());
-    let most = n(RUNAWAY_RATIO) * speed;
+    let most = n(RUNAWAY_RATIO) * state.began;
     let mut arrival = Arrival {
         end: End::unknown(),
         high: L::Mask::none(),
@@ -274,7 +277,12 @@ pub(super) fn arrival<L: Lane>(
     };
     let mut active = slips;
     let mut h = one;
-    for count in 0..=MOST_STEPS {
+    let most_steps = if on_step.is_some() {
+        MOST_SHOWN_STEPS
+    } else {
+        MOST_STEPS
+    };
+    for count in 0..=most_steps {
         if !active.any() {
             break;
         }
@@ -290,9 +298,10 @@ pub(super) fn arrival<L: Lane>(
         let series = form.expand(c, numbers, &start);
         speed = speed.max((c.drive - sign * u).abs());
         let negligible = n(NEGLIGIBLE_TERM) * speed;
-        // The last two terms, for a step as long as the one before.
+        // The last two terms, for a step no shorter than the one before.
         let share = negligible
-            / (size(&series, CURVE_ORDER - 1, numbers.rate) + size(&series, CURVE_ORDER, numbers.rate) * h);
+            / (size(&series, CURVE_ORDER - 1, numbers.rate)
+                + size(&series, CURVE_ORDER, numbers.rate) * h.max(one));
         let slope = (series.force[1] / series.u[1]).abs();
         let slope = L::choose(slope.below(n(f64::INFINITY)), slope, zero);
         let longest = last_root(share).min(n(LONGEST_STEP) / (one + slope * numbers.per_mass));
@@ -312,21 +321,21 @@ pub(super) fn arrival<L: Lane>(
         let step = L::choose(ends, zero_at.at, h);
         let after = gone + step * numbers.unit;
         // The horizon is met on the way, or it is the last step that lanes follow: the state stays at its start.
-        let mut up = active & usual;
-        if count < MOST_STEPS {
-            up = up & horizon.at_most(after);
+        let mut at_horizon = active & usual;
+        if count < most_steps {
+            at_horizon = at_horizon & horizon.at_most(after);
         }
-        if up.any() {
-            state.x = L::choose(up, x, state.x);
-            state.v = L::choose(up, c.drive - sign * u, state.v);
-            state.periods = L::choose(up, state.periods + periods, state.periods);
-            state.t = L::choose(up, t, state.t);
-            state.cos = L::choose(up, cos, state.cos);
-            state.sin = L::choose(up, sin, state.sin);
-            state.at_reversal = L::choose(up & order.below(n(1.5)), zero, state.at_reversal);
-            arrival.lasts = arrival.lasts | up;
+        if at_horizon.any() {
+            state.x = L::choose(at_horizon, x, state.x);
+            state.v = L::choose(at_horizon, c.drive - sign * u, state.v);
+            state.periods = L::choose(at_horizon, state.periods + periods, state.periods);
+            state.t = L::choose(at_horizon, t, state.t);
+            state.cos = L::choose(at_horizon, cos, state.cos);
+            state.sin = L::choose(at_horizon, sin, state.sin);
+            state.at_reversal = L::choose(at_horizon & order.below(n(1.5)), zero, state.at_reversal);
+            arrival.lasts = arrival.lasts | at_horizon;
         }
-        let on = active & usual & !up;
+        let on = active & usual & !at_horizon;
         if let Some(on_step) = &mut on_step {
             for i in (0..L::WIDTH).filter(|&i| on.at(i)) {
                 let begin = (state.periods.get(i) + periods.get(i), t.get(i));

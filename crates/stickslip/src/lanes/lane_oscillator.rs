@@ -123,6 +123,8 @@ lanes! {
         end_periods, end_t,
         /// The most events.
         most,
+        /// The speed of the motion at its start.
+        began,
     }
 }
 
@@ -339,6 +341,7 @@ impl LaneOscillator {
             end_periods,
             end_t,
             most: most as f64,
+            began: (self.constants.drive.max(v.abs())).max(self.constants.natural_squared.sqrt() * x.abs()),
         }
     }
 

@@ -9,7 +9,7 @@ use super::slip::Arrival;
 use super::{curve_slip, slip, stick};
 
 /// What the lanes slip along.
-pub(super) trait Friction<L: Lane>: Sized {
+pub(super) trait SlipPath<L: Lane>: Sized {
     /// That of a line of an oscillator, in every lane.
     fn splat(oscillator: &LaneOscillator, line: f64) -> Self;
 
@@ -36,7 +36,7 @@ pub(super) trait Friction<L: Lane>: Sized {
 /// Lines or curves, whatever the width.
 pub(super) trait Kind {
     /// What lanes of some width slip along.
-    type Of<L: Lane>: Friction<L>;
+    type Of<L: Lane>: SlipPath<L>;
 }
 
 /// Lines of friction.
@@ -59,7 +59,7 @@ pub(super) struct CurrentLine<L> {
     pub(super) steps: [Step<L>; STEP_HALVINGS + 1],
 }
 
-impl<L: Lane> Friction<L> for CurrentLine<L> {
+impl<L: Lane> SlipPath<L> for CurrentLine<L> {
     #[inline(always)]
     fn splat(oscillator: &LaneOscillator, line: f64) -> Self {
         let track = oscillator.track(line);
@@ -107,7 +107,7 @@ pub(super) struct CurrentCurve<L> {
     numbers: CurveNumbers<L>,
 }
 
-impl<L: Lane> Friction<L> for CurrentCurve<L> {
+impl<L: Lane> SlipPath<L> for CurrentCurve<L> {
     #[inline(always)]
     fn splat(oscillator: &LaneOscillator, _line: f64) -> Self {
         let (form, numbers) = oscillator.curve.as_ref().expect("an oscillator with a curve");
@@ -199,7 +199,7 @@ pub(super) fn break_away<L: Lane>(
 #[inline(always)]
 pub(super) fn arrive<L: Lane>(
     c: &Constants<L>,
-    current: &impl Friction<L>,
+    current: &impl SlipPath<L>,
     state: &mut State<L>,
     horizon: L,
     slips: L::Mask,

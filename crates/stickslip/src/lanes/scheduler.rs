@@ -8,7 +8,7 @@ use stickslip_lanes::{Lane, Mask, Task};
 use super::curve::Form;
 use super::curve_slip::OnLaneStep;
 use super::lane_oscillator::{Constants, LaneOscillator, State};
-use super::mode_end::{Friction, Kind, Outcome, arrive, break_away};
+use super::mode_end::{Kind, Outcome, SlipPath, arrive, break_away};
 use super::{LaneMotion, OnEvent, OnStep, Tally};
 use crate::clock::Clock;
 use crate::engine::steps::{PassedStep, Track};
@@ -117,6 +117,7 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
         let after = oscillator.state((x, v), &hybrid, motion.t_end, motion.max_events);
         Some(State {
             events: state.events + 1.0,
+            began: state.began,
             ..after
         })
     }
@@ -146,7 +147,7 @@ impl<K: Kind> Task for Scheduler<'_, '_, '_, K> {
         let mut rounds = 0_u32;
         loop {
             rounds += 1;
-            if rounds.is_multiple_of(256) && !(self.go_on)() {
+            if rounds.is_multiple_of(32) && !(self.go_on)() {
                 done = alive;
                 self.next = self.motions.len();
             }

@@ -4,7 +4,7 @@ use stickslip_lanes::{Lane, Mask, Single};
 
 use super::eligible::single_lane;
 use super::lane_oscillator::{Constants, LaneOscillator, State};
-use super::mode_end::{CurrentLine, Friction, arrive, break_away};
+use super::mode_end::{CurrentLine, SlipPath, arrive, break_away};
 use crate::clock::Clock;
 use crate::hybrid_state::HybridState;
 use crate::law::Memory;

@@ -47,6 +47,19 @@ pub(crate) fn next_event(
     })
 }
 
+/// The hybrid state where a run starts: as [`crate::simulate::first_hybrid_state`] for motions that have no closed form.
+pub(crate) fn first_hybrid_state(oscillator: &Oscillator, x0: f64, v0: Option<f64>) -> HybridState {
+    let system = System::from(oscillator);
+    let run = Run {
+        x0: Some(vec![x0]),
+        v0: v0.map(|v0| vec![v0]),
+        ..Run::driven(f64::INFINITY)
+    };
+    let mut state = Loop::new(&system, &run);
+    state.start();
+    state.at().1
+}
+
 impl<'a> Loop<'a> {
     /// From a hybrid state, that of the only contact.
     pub(crate) fn resumed(system: &'a System, (x, v): (f64, f64), hybrid: &HybridState) -> Self {
@@ -72,8 +85,15 @@ impl<'a> Loop<'a> {
         state
     }
 
+    /// The size of the motion where the run began.
+    pub(crate) fn began(&self) -> f64 {
+        self.began.unwrap_or(self.scale)
+    }
+
     /// Position and velocity of the only mass, and the hybrid state of the only contact.
-    pub(crate) fn at(&self) -> ((f64, f64), HybridState) {
+    pub(crate) fn at(&mut self) -> ((f64, f64), HybridState) {
+        // Only the series tells whether a slip begins without a slope.
+        self.expand();
         let (contact, drive_velocity) = (&self.contacts[0], self.frame.drives[0].velocity);
         let (mut x, mut clock) = (self.x[0], self.clock);
         let mode = if contact.direction == 0.0 {
