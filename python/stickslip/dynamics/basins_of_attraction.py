@@ -15,7 +15,7 @@ from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.tasks import Plan, Progress, compute
 from stickslip.errors import InputError
 from stickslip.files.arrays import AnyArray
-from stickslip.files.checks import number
+from stickslip.files.checks import positive
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.attractor import ATTRACTOR, alike
 
@@ -88,11 +88,10 @@ def basins(
     >>> both["attractor_regime"].values.tolist(), both["fraction"].values.tolist()
     (['stable_slip', 'stick_slip'], [0.5, 0.5])
     """
-    if number("same", same, "basins") <= 0:
-        raise InputError(f"basins: same must be greater than 0, got {same}")
+    positive("same", same, "basins")
+    if isinstance(mass, bool) or not isinstance(mass, int) or not 0 <= mass < system.masses:
+        raise InputError(f"basins: mass must be from 0 to {system.masses - 1}, counted from 0, got {mass!r}")
     masses = system.masses if isinstance(system, System) else None
-    if isinstance(mass, bool) or not isinstance(mass, int) or not 0 <= mass < (masses or 1):
-        raise InputError(f"basins: mass must be from 0 to {(masses or 1) - 1}, counted from 0, got {mass!r}")
     plan = map_plan(
         "basins",
         system,

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean
+from stickslip.files.checks import did_you_mean, whole_number
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.system import Oscillator
 
@@ -52,8 +52,7 @@ def return_map(points: xr.Dataset, quantity: str = "x", *, lag: int = 1) -> xr.D
         known = [*map(str, points), "interval"]
         hint = did_you_mean(str(quantity), known)
         raise InputError(f"return_map: quantity must be one of {', '.join(known)}, got {quantity!r}{hint}")
-    if isinstance(lag, bool) or not isinstance(lag, int) or lag < 1:
-        raise InputError(f"return_map: lag must be a whole number of at least 1, got {lag!r}")
+    whole_number("lag", lag, "return_map")
     if len(values) <= lag:
         raise InputError(f"return_map: the section has {len(values)} values, a pair needs {lag + 1}: simulate longer")
     units = points["t" if quantity == "interval" else quantity].attrs.get("units", "1")

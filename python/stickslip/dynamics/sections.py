@@ -93,8 +93,7 @@ def section(
         orbit = simulate(system, end, x0, v0, max_events, max_seconds)
         points, stopped = points_of(orbit, surface, transient * end, contact)[-most:], orbit.stop
     else:
-        masses = system.masses if isinstance(system, System) else 1
-        begin, velocity = _start(x0, v0, masses)
+        begin, velocity = _start(x0, v0, system.masses)
         run = (begin, velocity, end, max_events)
         try:
             points, stopped = _core.section(
@@ -103,7 +102,7 @@ def section(
         except ValueError as error:
             raise InputError(f"section: {error}") from None
     t, x, v, slip, *event = points.T
-    drive = system.drive_velocity if isinstance(system, Oscillator) else system.contacts[contact].drive_velocity
+    drive = system.contacts[contact].drive_velocity
     # At events that leave a slip velocity it is that of the drive.
     slip = np.where(np.isnan(slip), (drive.at(t) if isinstance(drive, Drive) else drive) - v, slip)
     units = _units(system)
@@ -143,7 +142,7 @@ def contact_of(system: Oscillator | System, contact: int, where: str) -> int:
     >>> contact_of(paper.oscillator(0.3), 0, "example")
     0
     """
-    count = len(system.contacts) if isinstance(system, System) else 1
+    count = len(system.contacts)
     if isinstance(contact, bool) or not isinstance(contact, int) or not 0 <= contact < count:
         raise InputError(f"{where}: contact must be a number from 0 to {count - 1}, got {contact!r}")
     return contact

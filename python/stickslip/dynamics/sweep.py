@@ -189,12 +189,11 @@ class Chunk:
         while True:
             orbit = integrate(system, periods * span, max_events=look.max_events, max_seconds=self.limit.left, **starts)
             columns = columns_of(orbit._steady(look.to_json(), span, surface, look.contact))
-            masses = system.masses if isinstance(system, System) else 1
             columns |= {
-                name: np.reshape(value, (1, masses))
+                name: np.reshape(value, (1, system.masses))
                 for name, value in zip(("x_end", "v_end"), orbit.at(orbit.t_end), strict=True)
             }
-            columns["restart"] = orbit.variables(np.array([orbit.t_end]))[:, 2 * masses :]
+            columns["restart"] = orbit.variables(np.array([orbit.t_end]))[:, 2 * system.masses :]
             if orbit.stop != "t_end":
                 return columns | {
                     "stop": np.array([orbit.stop]), "regime": np.array(["unfinished"]), "period": np.array([0]),

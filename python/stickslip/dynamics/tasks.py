@@ -29,7 +29,7 @@ from stickslip import _core
 from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, Start
 from stickslip.errors import InputError, UnfinishedWarning
 from stickslip.files.arrays import AnyArray
-from stickslip.files.checks import fits
+from stickslip.files.checks import fits, whole_number
 from stickslip.files.disk import draft_of
 from stickslip.files.progress import waiting
 from stickslip.model.parameters import is_dimensionless
@@ -135,8 +135,8 @@ def compute(
         for a store of something else, one that cannot be written to, or a cluster that does not answer; what is finished
         stays in the store.
     """
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
-        raise InputError(f"{plan.name}: workers must be a whole number of at least 1, got {workers!r}")
+    if workers is not None:
+        whole_number("workers", workers, plan.name)
     limit = TimeLimit.after(max_seconds, plan.name)
     # A store is filled chunk by chunk.
     sizes = plan.sizes if store is None else {**plan.sizes, **plan.chunks}

@@ -38,6 +38,14 @@ def number(name: str, value: object, where: str) -> float:
     return result
 
 
+def positive(name: str, value: object, where: str) -> float:
+    """`value` as a float, if it is a finite number above 0."""
+    result = number(name, value, where)
+    if result <= 0:
+        raise InputError(f"{where}: {name} must be greater than 0, got {result:g}")
+    return result
+
+
 def numbers(name: str, value: Any, count: int, where: str, one_a: str, *, finite: bool = True) -> list[float]:
     """`value` as `count` floats, a single number where one is enough; `one_a` says what each belongs to.
 
@@ -70,9 +78,7 @@ def whole_number(name: str, value: object, where: str, least: int = 1) -> int:
 
 def time_limit(value: float | None, where: str) -> float | None:
     """The seconds on the clock after which a run ends where it is, greater than 0; none for no limit."""
-    if value is not None and number("max_seconds", value, where) <= 0:
-        raise InputError(f"{where}: max_seconds must be greater than 0, got {value:g}")
-    return value
+    return None if value is None else positive("max_seconds", value, where)
 
 
 def fits(count: float, where: str, advice: str) -> None:

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
+from stickslip.files.checks import positive
 from stickslip.laws.piecewise_polynomial import PiecewisePolynomial
-from stickslip.laws.tabulation import evaluate, positive, table, uneven
+from stickslip.laws.tabulation import evaluate, table, uneven
 
 _DEGREE = 16
 _RELATIVE = 1e-13

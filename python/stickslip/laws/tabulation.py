@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number
+from stickslip.files.checks import number, positive
 from stickslip.laws.piecewise_linear import PiecewiseLinear
 
 #: The share of the error that goes to sampling.
@@ -74,14 +74,6 @@ def from_function(
 
 #: What a function may raise where it was not made for its argument.
 _TROUBLE = (ArithmeticError, LookupError, TypeError, ValueError)
-
-
-def positive(name: str, value: Any, where: str) -> float:
-    """A number above 0."""
-    found = number(name, value, where)
-    if found <= 0:
-        raise InputError(f"{where}: {name} must be greater than 0, got {found:g}")
-    return found
 
 
 def evaluate(f: Callable[[Any], Any], w: Array, where: str, name: str = "f") -> Array:

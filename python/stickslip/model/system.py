@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.files.checks import whole_number
 from stickslip.files.schema import Document, Kind, Limits, Point, Says
 from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law
@@ -140,6 +141,16 @@ class Oscillator(Described):
             raise InputError(f"Oscillator: {error}") from None
 
     @property
+    def masses(self) -> int:
+        """One."""
+        return 1
+
+    @cached_property
+    def contacts(self) -> tuple[Contact, ...]:
+        """The one contact, as that of a system."""
+        return (Contact(0, self.law, self.drive_velocity, normal_force=self.normal_force),)
+
+    @property
     def harmonics(self) -> tuple[Harmonic, ...]:
         """The forcing as a tuple, empty where there is none."""
         if self.forcing is None:
@@ -149,7 +160,7 @@ class Oscillator(Described):
     @property
     def swings(self) -> list[Harmonic | Force]:
         """What varies with time at a frequency: forces, then the drive, then the normal force."""
-        return _swings(self.harmonics, [self])
+        return _swings(self.harmonics, self.contacts)
 
     @property
     def integrated(self) -> bool:
@@ -171,7 +182,7 @@ class Oscillator(Described):
             mass=[[self.mass]],
             stiffness=[[self.stiffness]],
             damping=[[self.damping]],
-            contacts=[Contact(0, self.law, self.drive_velocity, normal_force=self.normal_force)],
+            contacts=self.contacts,
             forcing=forcing,
             springs=self.springs,
         )
@@ -195,7 +206,7 @@ def _several(document: Document, name: str) -> None:
     object.__setattr__(document, name, value if isinstance(value, tuple) else (value,))
 
 
-def _swings(forces: Sequence[Harmonic | Force], contacts: Sequence[Oscillator | Contact]) -> list[Harmonic | Force]:
+def _swings(forces: Sequence[Harmonic | Force], contacts: Sequence[Contact]) -> list[Harmonic | Force]:
     drives = (contact.drive_velocity.harmonics for contact in contacts if isinstance(contact.drive_velocity, Drive))
     normals = (contact.normal_force.harmonics for contact in contacts if contact.normal_force is not None)
     return [item for item in itertools.chain(forces, *drives, *normals) if item.frequency]
@@ -242,7 +253,7 @@ class Contact(Document):
 
     mass: Index
     law: Law
-    drive_velocity: Velocity | Drive = 0.0
+    drive_velocity: Annotated[Any, Velocity | Drive] = 0.0
     other: Index | None = None
     normal_force: NormalForce | None = None
 
@@ -403,6 +414,10 @@ class System(Described):
         except ValueError as error:
             raise InputError(f"System: {error}") from None
 
+    def to_system(self) -> System:
+        """Itself."""
+        return self
+
     @property
     def swings(self) -> list[Harmonic | Force]:
         """What varies with time at a frequency: forces, then drives, then normal forces."""
@@ -475,8 +490,7 @@ def chain(
     >>> chain(3, StaticKinetic(1.0, 0.6), 0.2).stiffness
     ((2.0, -1.0, 0.0), (-1.0, 3.0, -1.0), (0.0, -1.0, 2.0))
     """
-    if isinstance(n, bool) or not isinstance(n, int) or n < 1:
-        raise InputError(f"chain: n must be a whole number of at least 1, got {n!r}")
+    whole_number("n", n, "chain")
     laws = [law] * n if isinstance(law, Law) else list(law)
     if len(laws) != n:
         raise InputError(f"chain: law must be one law or {n} of them, got {len(laws)}")

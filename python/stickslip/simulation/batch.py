@@ -92,11 +92,10 @@ def simulate_many(
         if not np.isfinite(values).all():
             index = int(np.argmin(np.isfinite(values)))
             raise InputError(f"simulate_many: {name} must be finite numbers, got {values[index]} at place {index}")
-    masses = system.masses if isinstance(system, System) else 1
     held = keep if section else 0
     runs = math.prod(values.size for values in axes.values())
     fits(
-        runs * (len(axes) + 2 * masses + len(_core.KINDS) + 2 + 3 * held),
+        runs * (len(axes) + 2 * system.masses + len(_core.KINDS) + 2 + 3 * held),
         "simulate_many",
         "lower keep, or run the combinations in parts",
     )

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, number, numbers
+from stickslip.files.checks import did_you_mean, number, numbers, positive, whole_number
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.system import Oscillator, System
@@ -91,12 +91,9 @@ def integrate(
         raise InputError(f"integrate: method must be one of {', '.join(METHODS)}{did_you_mean(method, METHODS)}")
     if not 1e-13 <= number("tolerance", tolerance, "integrate") <= 1e-2:
         raise InputError(f"integrate: tolerance must lie in [1e-13, 1e-2], got {tolerance}")
-    if isinstance(max_events, bool) or not isinstance(max_events, int) or max_events < 1:
-        raise InputError(f"integrate: max_events must be a whole number of at least 1, got {max_events!r}")
-    end = number("t_end", t_end, "integrate")
-    if end <= 0:
-        raise InputError(f"integrate: t_end must be greater than 0, got {end:g}")
-    whole = system.to_system() if isinstance(system, Oscillator) else system
+    whole_number("max_events", max_events, "integrate")
+    end = positive("t_end", t_end, "integrate")
+    whole = system.to_system()
     x = np.zeros(whole.masses) if x0 is None else np.array(numbers("x0", x0, whole.masses, "integrate", "mass"))
     v = None if v0 is None else numbers("v0", v0, whole.masses, "integrate", "mass")
     core = _core.StateSystem(whole.to_json())

@@ -97,12 +97,8 @@ class Orbit(InNotebook):
         return self._core.section(surface, contact, after, most)[0]
 
     @property
-    def _masses(self) -> int:
-        return self.system.masses if isinstance(self.system, System) else 1
-
-    @property
     def _contacts(self) -> int:
-        return len(self.system.contacts) if isinstance(self.system, System) else 1
+        return len(self.system.contacts)
 
     def __repr__(self) -> str:
         return f"<Orbit of {self.work.events} events to t = {self.t_end:g}, stop: {self.stop}>"
@@ -154,7 +150,7 @@ class Orbit(InNotebook):
     def _names(self) -> list[str]:
         """The columns of the segments; those of several masses and contacts carry their numbers."""
         many = isinstance(self.system, System)
-        masses = [f"_{i}" for i in range(self._masses)] if many else [""]
+        masses = [f"_{i}" for i in range(self.system.masses)] if many else [""]
         contacts = [f"_{i}" for i in range(self._contacts)] if many else [""]
         friction = ("direction", "offset", "slope", "branch")
         return [
@@ -199,7 +195,7 @@ class Orbit(InNotebook):
         columns = dict(zip(COLUMNS, self._core.states(times), strict=True))
         if not isinstance(self.system, System):
             return columns
-        widths = {name: self._masses if name in ("x", "v", "a") else self._contacts for name in columns}
+        widths = {name: self.system.masses if name in ("x", "v", "a") else self._contacts for name in columns}
         return {name: column.reshape(times.size, widths[name]) for name, column in columns.items()}
 
     def times(self, per_period: int = 200, most: int = 200_000) -> NDArray[np.float64]:

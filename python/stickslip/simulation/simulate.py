@@ -60,10 +60,9 @@ def simulate(
         from stickslip.simulation.integration import integrate
 
         return integrate(system, t_end, x0, v0, max_events, max_seconds=max_seconds)
-    masses = system.masses if isinstance(system, System) else 1
     run = (
-        None if x0 is None else numbers("x0", x0, masses, "simulate", "mass"),
-        None if v0 is None else numbers("v0", v0, masses, "simulate", "mass"),
+        None if x0 is None else numbers("x0", x0, system.masses, "simulate", "mass"),
+        None if v0 is None else numbers("v0", v0, system.masses, "simulate", "mass"),
         number("t_end", t_end, "simulate"),
         max_events,
     )

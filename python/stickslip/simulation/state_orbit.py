@@ -217,7 +217,7 @@ class StateOrbit(Orbit):
         return times[a < 0]
 
     def _columns(self, times: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        n, c = self._masses, self._contacts
+        n, c = self.system.masses, self._contacts
         y = self.variables(times) if times.size else np.empty((0, 2 * n + sum(self._layout.sizes)))
         v, a, w, force, _ = self._right_hand_side.states(times, y.ravel())
         v = v.reshape(-1, n)
@@ -302,7 +302,7 @@ def state_laws_of(system: Oscillator | System) -> list[StateLaw]:
     InputError
         where one has none.
     """
-    laws = [contact.law for contact in system.contacts] if isinstance(system, System) else [system.law]
+    laws = [contact.law for contact in system.contacts]
     for law in laws:
         if not isinstance(law, StateLaw):
             raise InputError(f"integrate: {type(law).__name__} has no internal state; use stickslip.simulate")
@@ -311,12 +311,11 @@ def state_laws_of(system: Oscillator | System) -> list[StateLaw]:
 
 def masses_of(system: Oscillator | System) -> list[int]:
     """The mass of every contact."""
-    return [contact.mass for contact in system.contacts] if isinstance(system, System) else [0]
+    return [contact.mass for contact in system.contacts]
 
 
 def _restored(system: Oscillator | System, *rest: Any) -> StateOrbit:
-    whole = system.to_system() if isinstance(system, Oscillator) else system
-    return StateOrbit(system, _core.StateSystem(whole.to_json()), *rest)
+    return StateOrbit(system, _core.StateSystem(system.to_system().to_json()), *rest)
 
 
 def _same(ours: tuple[Any, ...], theirs: tuple[Any, ...]) -> bool:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stickslip.dynamics.continuation.conditions import determinant, gradient
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost, newton
-from stickslip.dynamics.periodic.poincare_map import Return, inconsistency, moved, multipliers_of, return_of, size_of
+from stickslip.dynamics.periodic.poincare_map import Return, inconsistency, moved, multipliers_of, return_of
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 
@@ -139,7 +139,7 @@ def _vanishing(heres: list[Return], boundary: Condition, family: Family, values:
 
 
 def _scales(here: Return, family: Family, values: Array) -> Array:
-    return np.concatenate([size_of(here.sequence.system, here.sequence.start, here.coordinates), family.scales(values)])
+    return np.concatenate([here.sizes, family.scales(values)])
 
 
 def _columns(here: Return, family: Family) -> NDArray[np.int64]:
@@ -194,6 +194,11 @@ def corrected(
         if not np.isfinite(done.error) or done.idle:
             break
     raise Lost(f"Newton's method does not converge, last step {done.error:.1e}")
+
+
+def corrected_at(sequence: EventSequence, forcing_periods: int, family: Family, value: float) -> Point:
+    """The closed orbit of a sequence at a value of the parameter; raises as :func:`corrected`."""
+    return corrected(sequence, forcing_periods, family, np.array([value]), axis(sequence))
 
 
 def _moved(found: tuple[Return, Array, Array, Array], step: Array) -> tuple[EventSequence, Array]:

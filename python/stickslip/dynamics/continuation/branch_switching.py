@@ -15,7 +15,7 @@ from stickslip.dynamics.continuation.switching_boundaries import beyond
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.event_sequence import pointer
 from stickslip.dynamics.periodic.newton_iteration import Lost
-from stickslip.dynamics.periodic.poincare_map import Return, moved, size_of
+from stickslip.dynamics.periodic.poincare_map import Return, moved
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.simulation.time_limit import TimeLimit
@@ -92,7 +92,7 @@ def _aside(point: Point, family: Family, *, double: bool) -> Point | None:
     sequence, forcing_periods = here.sequence, here.forcing_periods * (2 if double else 1)
     if double:
         sequence = replace(sequence, phases=np.tile(sequence.phases, 2))
-    sizes = size_of(sequence.system, sequence.start, here.coordinates)
+    sizes = here.sizes
     span = float(family.scales(point.values)[0])
     for size in _ASIDE:
         for sign in (1.0, -1.0):
@@ -110,7 +110,7 @@ def _aside(point: Point, family: Family, *, double: bool) -> Point | None:
 
 def _across(here: Return, family: Family, point: Point, *, double: bool) -> Array:
     """The direction of the other branch: scaled, over the state and the parameter."""
-    sizes = size_of(here.sequence.system, here.sequence.start, here.coordinates)
+    sizes = here.sizes
     across = np.zeros(len(point.direction))
     if double:
         scaled = here.map_jacobian * sizes / sizes[:, None]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
+from stickslip.dynamics.continuation.arclength import Family, Point, corrected_at
 from stickslip.dynamics.continuation.branch import (
     COLUMNS,
     Branch,
@@ -180,9 +180,8 @@ def _search(
         if isinstance(cycle, StateCycle):
             branches.append(StateWalk(path, family.ranges[0], most, progress, limit).both_ways(cycle))
         else:
-            sequence = cycle.closed.sequence
             try:
-                point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+                point = corrected_at(cycle.closed.sequence, cycle.forcing_periods, family, value)
             except Lost as lost:
                 if start is None:
                     continue
@@ -219,8 +218,7 @@ def _others(
     for other in other_motions(there, value, branches, starts):
         try:
             cycle = event_cycle(there, other.start, t_end=300 * slowest, progress=lambda: progress(0, most))
-            sequence = cycle.closed.sequence
-            point = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+            point = corrected_at(cycle.closed.sequence, cycle.forcing_periods, family, value)
         except (InputError, Lost):
             left.append(other)
             continue
@@ -262,9 +260,8 @@ def _closed_at(branch: Branch, index: int, value: float, family: Family) -> list
     cycle = branch.orbit(index)
     if not isinstance(cycle, PeriodicOrbit):
         return []
-    sequence = cycle.closed.sequence
     try:
-        return [unchecked(corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence)).here)]
+        return [unchecked(corrected_at(cycle.closed.sequence, cycle.forcing_periods, family, value).here)]
     except Lost:
         return []
 

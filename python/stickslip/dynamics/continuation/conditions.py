@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.dynamics.periodic.event_sequence import read, with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost
-from stickslip.dynamics.periodic.poincare_map import Return, moved, return_of, size_of
+from stickslip.dynamics.periodic.poincare_map import Return, moved, return_of
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 
@@ -118,7 +118,7 @@ def gradient(kind: str, here: Return, paths: Sequence[str], scales: Sequence[flo
 
     They steer Newton's method only: what it converges to is as exact as the determinant.
     """
-    sizes = size_of(here.sequence.system, here.sequence.start, here.coordinates)
+    sizes = here.sizes
     slopes = []
     for coordinate, size in enumerate(sizes):
         step = np.zeros(len(sizes))

@@ -8,7 +8,7 @@ import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, consistent, corrected
 from stickslip.dynamics.periodic.newton_iteration import Lost
-from stickslip.dynamics.periodic.poincare_map import Return, return_of, size_of
+from stickslip.dynamics.periodic.poincare_map import Return, return_of
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 
@@ -67,7 +67,5 @@ def _leap(point: Point, ahead: Point) -> Array:
 
 def _distance(one: Point, other: Point, family: Family) -> float:
     """How far apart two points are, in sizes of the state and the parameter."""
-    here = other.here
-    sizes = size_of(here.sequence.system, here.sequence.start, here.coordinates)
-    state = _leap(other, one)[here.coordinates] / sizes
+    state = _leap(other, one)[other.here.coordinates] / other.here.sizes
     return float(np.linalg.norm(np.append(state, (one.values - other.values) / family.scales(other.values))))

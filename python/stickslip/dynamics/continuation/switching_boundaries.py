@@ -14,9 +14,9 @@ from stickslip.dynamics.continuation.arclength import (
     Family,
     Label,
     Point,
-    axis,
     consistent,
     corrected,
+    corrected_at,
     labels,
 )
 from stickslip.dynamics.continuation.branch import extremes
@@ -215,7 +215,7 @@ def beyond(boundary: Point, old: Return, family: Family, ways: tuple[float, ...]
                 cut, forcing_periods = find(
                     sequence.system, sequence, kinds, False, boundary.here.forcing_periods or None
                 )
-                point = corrected(cut, forcing_periods, family, np.array([value]), axis(cut))
+                point = corrected_at(cut, forcing_periods, family, value)
             except (InputError, Lost, IndexError):
                 continue
             period = point.here.period

@@ -22,9 +22,8 @@ from stickslip.dynamics.continuation.arclength import (
     Point,
     ShorterStep,
     StepSize,
-    axis,
     consistent,
-    corrected,
+    corrected_at,
     stepped,
     trace,
     turns,
@@ -253,8 +252,7 @@ class Walk:
 
     def _finish(self, point: Point, bound: float) -> None:
         try:
-            sequence = point.here.sequence
-            end = corrected(sequence, point.here.forcing_periods, self.family, np.array([bound]), axis(sequence))
+            end = corrected_at(point.here.sequence, point.here.forcing_periods, self.family, bound)
             if consistent(end.here):
                 self._add(end)
         except Lost:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
+from stickslip.dynamics.continuation.arclength import Family, Point, corrected_at
 from stickslip.dynamics.continuation.branch import Branch, crossings
 from stickslip.dynamics.continuation.branches import born_branch, lies_on
 from stickslip.dynamics.continuation.walk import Walk
@@ -125,8 +125,7 @@ def _branch(
         neutral = cycle.marginal and (isinstance(system, System) or not cycle.sticks)
         if neutral or any(lies_on(branch, cycle, value) for branch in known):
             return None
-        sequence = cycle.closed.sequence
-        start = corrected(sequence, cycle.forcing_periods, family, np.array([value]), axis(sequence))
+        start = corrected_at(cycle.closed.sequence, cycle.forcing_periods, family, value)
         way = start.direction * (1.0 if start.direction[-1] > 0 else -1.0)
         up = Walk(family, 200, monitor.go_on).go(Point(start.here, start.values, way))
         down = Walk(family, 60, monitor.go_on).go(Point(start.here, start.values, -way)) if not cycle.sticks else None

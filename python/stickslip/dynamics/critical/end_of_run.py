@@ -129,7 +129,7 @@ def end_of_run(
     >>> end_of_run(Oscillator(0.0, 0.2, StaticKinetic(1.0, 0.6)), 50).stick_time
     4.0
     """
-    masses, contacts = (system.masses, len(system.contacts)) if isinstance(system, System) else (1, 1)
+    masses, contacts = system.masses, len(system.contacts)
     several = isinstance(system, System)
     if several and x0 is None:
         x0 = rest(system)

@@ -15,6 +15,11 @@ from stickslip.simulation.orbit import Orbit
 
 #: Said where a run ends without a motion that repeats.
 STEADY = "periodic_orbit: the motion comes to rest or slips steadily: no cycle here; give another guess"
+#: Said where no return of a run comes near an earlier one.
+NO_RETURN = (
+    "periodic_orbit: no return comes near an earlier one: the motion is not periodic or not settled; simulate longer (t_end) "
+    "or give a guess"
+)
 #: How far from 1 the size of a multiplier lies at most that rounding alone keeps from it.
 _MARGINAL = 1e-9
 

@@ -53,8 +53,7 @@ class SteadySlip:
 
 def fastest_drive(system: Oscillator | System) -> float:
     """The largest speed of the drives of its contacts, all constant."""
-    contacts = [system] if isinstance(system, Oscillator) else system.contacts
-    return max(abs(float(contact.drive_velocity)) for contact in contacts)
+    return max(abs(float(contact.drive_velocity)) for contact in system.contacts)
 
 
 def steady_slip(system: Oscillator | System) -> SteadySlip | None:
@@ -312,7 +311,7 @@ def criticality(system: Oscillator | System, path: str, value: float) -> str:
     state = steady_slip(at_point)
     if state is None:
         return "undetermined"
-    several = at_point.to_system() if isinstance(at_point, Oscillator) else at_point
+    several = at_point.to_system()
     n = several.masses
     mass, stiffness, damping = (np.array(each) for each in (several.mass, several.stiffness, several.damping))
     terms: list[tuple[Array, Array, float, tuple[float, float, float]]] = []

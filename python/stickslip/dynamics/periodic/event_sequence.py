@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.laws.state_law import StateLaw
 from stickslip.model.parameters import document_of, path_in
 from stickslip.model.system import Oscillator, System
 
@@ -70,14 +69,10 @@ def check(system: Any, who: str) -> Any:
     """Refuse what this room cannot differentiate."""
     if not isinstance(system, Oscillator | System):
         raise InputError(f"{who}: expected an Oscillator or a System, got {type(system).__name__}")
-    contacts = system.contacts if isinstance(system, System) else [system]
-    if not contacts:
+    if not system.contacts:
         raise InputError(f"{who}: the system has no contact, so it has no events")
-    for contact in contacts:
-        if isinstance(contact.law, StateLaw):
-            raise InputError(
-                f"{who}: laws with an internal state have no events to follow; take a law of stickslip.laws"
-            )
+    if system.integrated:
+        raise InputError(f"{who}: laws with an internal state have no events to follow; take a law of stickslip.laws")
     if isinstance(system, Oscillator) and not isinstance(system.drive_velocity, float):
         raise InputError(f"{who}: drive_velocity must be a number; write a shaken drive as a forcing (see Drive)")
     if system.springs:
@@ -158,7 +153,7 @@ _layout = lru_cache(maxsize=64)(Layout)
 
 def layout_of(system: Any) -> Layout:
     """Of the states of a system."""
-    return _layout(system.masses, len(system.contacts)) if isinstance(system, System) else _layout(1, 1)
+    return _layout(system.masses, len(system.contacts))
 
 
 def as_list(value: Any) -> list[float] | None:

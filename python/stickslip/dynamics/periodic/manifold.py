@@ -17,7 +17,7 @@ from stickslip.dynamics.sections import contact_of, points_of
 from stickslip.dynamics.surface import Surface
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number
+from stickslip.files.checks import number, positive
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.drive import Drive
@@ -170,8 +170,8 @@ def manifold(
     turns = 2 if (multipliers[order[:2]].real < 0).any() else 1
     sampled = np.column_stack(orbit.orbit.at(np.linspace(0.0, whole, 400))) / scales
     extent = float(np.ptp(sampled, axis=0).max())
-    reach = _positive("length", length, 5 * extent)
-    step = _positive("spacing", spacing, extent / 200)
+    reach = positive("length", 5 * extent if length is None else length, "manifold")
+    step = positive("spacing", extent / 200 if spacing is None else spacing, "manifold")
     section_map = crossing.map(turns, scales)
     curves, ends = [], []
     for sign in (-1.0, 1.0):
@@ -280,13 +280,12 @@ def _sticking(system: Oscillator | System, state: Array) -> Array:
     """A state whose velocities are those of the drives to the last bit where they are but for rounding: it sticks."""
     state = np.array(state, float)
     masses = len(state) // 2
-    contacts = (
-        [(0, system)] if isinstance(system, Oscillator) else [(c.mass, c) for c in system.contacts if c.other is None]
-    )
-    for mass, contact in contacts:
-        drive = contact.drive_velocity
-        if not isinstance(drive, Drive) and abs(state[masses + mass] - drive) < 1e-12 * max(1e-300, abs(drive)):
-            state[masses + mass] = drive
+    for contact in system.contacts:
+        if contact.other is not None or isinstance(contact.drive_velocity, Drive):
+            continue
+        drive, velocity = contact.drive_velocity, masses + contact.mass
+        if abs(state[velocity] - drive) < 1e-12 * max(1e-300, abs(drive)):
+            state[velocity] = drive
     return state
 
 
@@ -308,7 +307,7 @@ def _checked(orbit: PeriodicOrbit, side: str) -> None:
             f"manifold: the stable manifold of an orbit of {system.masses} masses is no curve: it has {dimensions} "
             'dimensions in the section; take side="unstable", or find the basins that it bounds by basins'
         )
-    for law in {contact.law for contact in (system.contacts if isinstance(system, System) else [system])}:
+    for law in {contact.law for contact in system.contacts}:
         if np.ptp(law.break_away_force([0.0, 1.0, 1e6], [0.0, 1.0, 0.0])) > 0 or not _forgets(law):
             raise InputError(
                 f"manifold: {type(law).__name__} remembers more than position and velocity, so its section has more "
@@ -319,13 +318,6 @@ def _checked(orbit: PeriodicOrbit, side: str) -> None:
 def _forgets(law: Any) -> bool:
     """Whether the kinetic force is a function of the slip velocity."""
     return type(law).__name__ not in ("BogaczRyczek", "TwoBranch")
-
-
-def _positive(name: str, value: float | None, default: float) -> float:
-    chosen = default if value is None else number(name, value, "manifold")
-    if chosen <= 0:
-        raise InputError(f"manifold: {name} must be greater than 0, got {value!r}")
-    return chosen
 
 
 def _map(system: Oscillator, duration: float, scales: Array) -> Map:

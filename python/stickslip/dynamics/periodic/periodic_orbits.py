@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
+from stickslip.dynamics.periodic.closed_orbit import NO_RETURN, STEADY, Cycle
 from stickslip.dynamics.periodic.event_sequence import HOLD, SECTION, STATE, STICK, EventSequence, check, layout_of
 from stickslip.dynamics.periodic.poincare_map import (
     Return,
@@ -25,7 +25,7 @@ from stickslip.dynamics.periodic.poincare_map import (
     size_of,
 )
 from stickslip.errors import InputError
-from stickslip.files.checks import number
+from stickslip.files.checks import number, whole_number
 from stickslip.model.drive import Drive, NormalForce
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
@@ -256,10 +256,7 @@ def find(
         if near:
             _, _, a, b, forcing_periods = min(near, key=lambda pair: (pair[1], pair[0]))
             return _early(sequence.part(followed, a, b), force), forcing_periods
-    raise InputError(
-        "periodic_orbit: no return comes near an earlier one: the motion is not periodic or not settled; "
-        "simulate longer (t_end) or give a guess"
-    )
+    raise InputError(NO_RETURN)
 
 
 def _early(sequence: EventSequence, force: float | None) -> EventSequence:
@@ -339,8 +336,8 @@ def event_cycle(
     8.068887871591
     """
     check(system, "periodic_orbit")
-    if periods is not None and (isinstance(periods, bool) or not isinstance(periods, int) or periods < 1):
-        raise InputError(f"periodic_orbit: periods must be a whole number of at least 1, got {periods!r}")
+    if periods is not None:
+        whole_number("periods", periods, "periodic_orbit")
     if isinstance(guess, PeriodicOrbit):
         return moved_to(system, guess)
     start, settles = _start(guess), guess is None
@@ -511,14 +508,13 @@ def unchecked(closed: Return, rounds: int = 0) -> PeriodicOrbit:
     if not len(here.tests):
         tested = return_of(closed.sequence, closed.forcing_periods, tests=True)
         here = replace(tested, multiple=closed.multiple)
-    size = size_of(here.sequence.system, here.sequence.start, here.coordinates)
     kinds = kinds_of(here.sequence)
     return PeriodicOrbit(
         system=here.sequence.system,
         period=here.period,
         forcing_periods=here.forcing_periods,
         multipliers=multipliers_of(here),
-        residual=float(np.abs(here.defect / size).max(initial=0.0)),
+        residual=float(np.abs(here.defect / here.sizes).max(initial=0.0)),
         rounds=rounds,
         section="extremum of the slip velocity" if here.sequence.endings[-1] == SECTION else kinds[-1],
         events=tuple(kinds),

@@ -99,6 +99,11 @@ class Return:
         """Whether what the orbit writes whatever the start was stands at its start too."""
         return np.array_equal(self.end[self.fixed], self.sequence.start[self.fixed])
 
+    @property
+    def sizes(self) -> Array:
+        """What counts as large in each of `coordinates`."""
+        return size_of(self.sequence.system, self.sequence.start, self.coordinates)
+
 
 def coordinates_of(system: Oscillator | System, start: Array) -> NDArray[np.int64]:
     """The numbers of the state that make the return map: all that are finite; time only where something else keeps time."""
@@ -176,7 +181,7 @@ def size_of(system: Oscillator | System, start: Array, coordinates: NDArray[np.i
     """What counts as large in each number of the state."""
     layout = layout_of(system)
     time = system.natural_period / (2 * math.pi)
-    drives = [system.drive_velocity] if isinstance(system, Oscillator) else [c.drive_velocity for c in system.contacts]
+    drives = [contact.drive_velocity for contact in system.contacts]
     speeds = [abs(drive.velocity if isinstance(drive, Drive) else drive) for drive in drives]
     length = max(np.abs(start[layout.x]).max(), time * np.abs(start[layout.v]).max(), time * max(speeds), 1e-300)
     sizes = np.maximum(np.abs(start[: layout.width]), 1e-300)
@@ -202,7 +207,7 @@ def close(
 
     def at(sequence: EventSequence) -> tuple[tuple[Return, Array, Array], Array, float]:
         here = return_of(sequence, forcing_periods)
-        size = size_of(sequence.system, here.sequence.start, here.coordinates)
+        size = here.sizes
         jacobian = np.eye(len(here.coordinates)) - here.map_jacobian
         step = np.asarray(np.linalg.lstsq(jacobian, here.defect, rcond=1e-14)[0], float)
         return (here, jacobian @ step, size), step, float(np.abs(step / size).max(initial=0.0))
@@ -283,10 +288,15 @@ def inconsistency(here: Return) -> str | None:
     return None
 
 
+def eigenvalues(matrix: Array) -> NDArray[np.complex128]:
+    """Those of a matrix, the largest first."""
+    values = np.linalg.eigvals(matrix).astype(complex)
+    return np.asarray(values[np.argsort(-np.abs(values), kind="stable")], complex)
+
+
 def multipliers_of(here: Return) -> NDArray[np.complex128]:
     """Floquet multipliers, the largest first: the 1 of an autonomous cycle, and zero where an event loses a direction."""
-    values = np.linalg.eigvals(here.map_jacobian).astype(complex)
-    values = values[np.argsort(-np.abs(values), kind="stable")]
+    values = eigenvalues(here.map_jacobian)
     values[np.abs(values) < _NOTHING * max(1.0, float(np.abs(values).max(initial=0.0)))] = 0.0
     if forcing_period(here.sequence.system) is None:
         values = np.concatenate([[1.0 + 0.0j], values])

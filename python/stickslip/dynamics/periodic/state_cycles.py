@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.dynamics.periodic.closed_orbit import STEADY, Cycle
+from stickslip.dynamics.periodic.closed_orbit import NO_RETURN, STEADY, Cycle
 from stickslip.dynamics.periodic.newton_iteration import newton
-from stickslip.dynamics.periodic.poincare_map import forcing_period
+from stickslip.dynamics.periodic.poincare_map import eigenvalues, forcing_period
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.files.checks import number, whole_number
-from stickslip.model.system import Oscillator, System
+from stickslip.model.system import Oscillator
 from stickslip.simulation.integration import integrate
 from stickslip.simulation.state_orbit import StateLayout, StateOrbit, state_laws_of
 
@@ -64,7 +64,7 @@ class StateCycle(Cycle):
     def state(self) -> tuple[float, Any, Any, Any]:
         """t, x, v and z at the start."""
         v = self.flow.velocities(0.0, self.start)
-        n = self.system.masses if isinstance(self.system, System) else 1
+        n = self.system.masses
         x, z = self.start[:n], StateLayout.of(self.system).spread(self.start[2 * n :])
         if isinstance(self.system, Oscillator):
             return 0.0, float(x[0]), float(v[0]), z if z.ndim else float(z)
@@ -86,8 +86,7 @@ def _multipliers(system: Any, matrix: Array, forcing_periods: int) -> Any:
     # A smooth sign has no state: what stands in its place stays as it is.
     each = np.concatenate([[law.has_state] * law.states for law in state_laws_of(system)])
     states = np.concatenate([np.ones(len(matrix) - len(each), bool), each])
-    values = np.linalg.eigvals(matrix[np.ix_(states, states)]).astype(complex)
-    values = values[np.argsort(-np.abs(values), kind="stable")]
+    values = eigenvalues(matrix[np.ix_(states, states)])
     if forcing_periods:
         return values
     # The shift in time is known to be 1.
@@ -178,10 +177,7 @@ def _guess(orbit: StateOrbit, force: float | None, periods: int | None, *, settl
         if found:
             _, count, end = min(found, key=lambda pair: (pair[1], pair[0]))
             return states[end - count], float(times[end] - times[end - count]), sizes
-    raise InputError(
-        "periodic_orbit: no return comes near an earlier one: the motion is not periodic or not settled; "
-        "simulate longer (t_end) or give a guess"
-    )
+    raise InputError(NO_RETURN)
 
 
 def closed_state(

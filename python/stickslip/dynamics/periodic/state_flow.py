@@ -134,8 +134,7 @@ def _slopes(core: _core.StateSystem, t: Array, y: Array) -> Array:
 
 def core_of(system: Oscillator | System) -> _core.StateSystem:
     """The right-hand side of a system."""
-    whole = system.to_system() if isinstance(system, Oscillator) else system
-    for contact in whole.contacts:
+    for contact in system.contacts:
         if isinstance(contact.drive_velocity, Drive) and contact.drive_velocity.nodes:
             raise InputError("a drive along a table has no period; take a constant or a harmonic one")
-    return _core.StateSystem(whole.to_json())
+    return _core.StateSystem(system.to_system().to_json())

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number
+from stickslip.files.checks import number, whole_number
 from stickslip.files.progress import waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import Inseparable
@@ -105,8 +105,7 @@ def fit_trajectories(
     """
     if not 0 <= settled_after < 1:
         raise InputError(f"fit_trajectories: settled_after must lie in [0, 1), got {settled_after}")
-    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
-        raise InputError(f"fit_trajectories: starts must be a whole number of at least 1, got {starts!r}")
+    whole_number("starts", starts, "fit_trajectories")
     if shooting not in ("auto", "records", "slips"):
         raise InputError(f"fit_trajectories: shooting must be auto, records or slips, got {shooting!r}")
     names = check_names(first.law, first.parameters.index if free is None else free)
