@@ -22,6 +22,7 @@ from stickslip.measurement.formats.table import Table, whole_name
 from stickslip.measurement.formats.text import text_table
 from stickslip.measurement.rigs.layout import Layout
 from stickslip.measurement.rigs.rig import Rig
+from stickslip.measurement.signals.sampling import mean_step
 
 LEAST_SAMPLES = 64
 """Shorter records hold no cycle that could be measured."""
@@ -66,7 +67,7 @@ class Record:
     @property
     def step(self) -> float:
         """Sampling interval in seconds."""
-        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+        return mean_step(self.time)
 
 
 def read_columns(path: str | Path, layout: Layout | None = None) -> dict[str, Array]:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from stickslip.files.arrays import Array
-from stickslip.measurement.signals.noise import MAD_TO_SIGMA
+from stickslip.files.median_deviation import median_deviation
 
 RECURRENT = 0.8
 """Correlation of a motion with itself, some time later, from which on it is said to repeat itself."""
@@ -27,7 +27,7 @@ def robust_scale(residuals: Array) -> float:
         return 0.0
     if residuals.size < 5:
         return float(np.sqrt(np.mean(residuals**2)))
-    scale = MAD_TO_SIGMA * float(np.median(np.abs(residuals)))
+    scale = median_deviation(residuals)
     return scale if scale > 0 else float(np.sqrt(np.mean(residuals**2)))
 
 

@@ -11,7 +11,7 @@ from stickslip.files.units import unit_suffix
 from stickslip.measurement.disturbances.ripple import find_ripple
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction
-from stickslip.measurement.indirect.sticks.stick import Stick
+from stickslip.measurement.indirect.sticks.stick import Stick, ends_of
 from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.coloured_noise import Colour, noise_colour
 from stickslip.measurement.signals.presmooth import presmooth
@@ -68,9 +68,9 @@ def behind_low_pass(friction: Friction, sticks: list[Stick], colour: Colour, ste
     if colour.share <= FILTERED:
         return friction
     time_constant = -step / math.log(colour.correlation)
-    slips, ends = ~friction.stuck, [stick.end for stick in sticks if stick.ends]
+    slips, ends = ~friction.stuck, ends_of(sticks)
     smeared = np.zeros(len(friction.time))
-    if ends and slips.any():
+    if len(ends) and slips.any():
         events = np.sort([t for stick in sticks for t in (stick.start, stick.end)])
         moments = friction.time[slips]
         beside = np.searchsorted(events, moments)[:, None] - [1, 0]

@@ -15,7 +15,7 @@ from stickslip.files.arrays import Array
 from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.force import Friction
-from stickslip.measurement.indirect.sticks.stick import Stick
+from stickslip.measurement.indirect.sticks.stick import Stick, ends_of
 from stickslip.measurement.rigs.rig import RigUnits
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import presmooth
@@ -78,7 +78,7 @@ class Ripple:
         That of phases spread evenly less that of a von Mises distribution, at most `MOST_RELEASING`: a motion that repeats
         itself may by chance have a whole number of periods of the line.
         """
-        ends = np.array([stick.end for stick in sticks if stick.ends])
+        ends = ends_of(sticks)
         if len(ends) < LEAST_STICKS:
             return 0.0
         rate = self.rates[int(np.argmax(self.amplitudes))]
@@ -136,7 +136,7 @@ class RemovedRipple:
     def returned(self, friction: Friction, sticks: list[Stick]) -> Friction:
         """The friction of the extension with what was taken from it, from the one without and its sticks."""
         o, time = friction.fit.oscillator, friction.time
-        ends = np.array([stick.end for stick in sticks if stick.ends])
+        ends = ends_of(sticks)
         zeros = np.zeros(len(time))
         if not self.everywhere:
             # a base that moves takes the spring with it, so the share of k r is not sure

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.measurement.indirect.force import Friction, Release
-from stickslip.measurement.indirect.sticks.stick import Stick
+from stickslip.measurement.indirect.sticks.stick import Stick, ends_of
 from stickslip.measurement.result import event_table
 from stickslip.measurement.rigs.rig import RigUnits
 
@@ -28,7 +28,7 @@ def break_aways(friction: Friction, sticks: list[Stick], units: RigUnits) -> xr.
     """
     o, time = friction.fit.oscillator, friction.time
     rows: list[list[float]] = []
-    ends = np.array([stick.end for stick in sticks if stick.ends and stick.sure])
+    ends = ends_of(stick for stick in sticks if stick.sure)
     if len(ends) == 0:
         return event_table([], units.force, units.time)
     terms = {0: -o.stiffness, 1: -o.damping}

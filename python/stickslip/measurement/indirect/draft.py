@@ -9,6 +9,7 @@ import numpy as np
 from stickslip.files.arrays import Array
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import Presmoothed, natural_period
+from stickslip.measurement.signals.sampling import mean_step
 from stickslip.measurement.signals.spectra import Line, main_line
 from stickslip.measurement.signals.turning_points import Flanks
 
@@ -40,7 +41,7 @@ class Draft:
     @property
     def step(self) -> float:
         """Sampling interval in s."""
-        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+        return mean_step(self.time)
 
     @property
     def path(self) -> Array:

@@ -9,8 +9,8 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
+from stickslip.files.median_deviation import MAD_TO_SIGMA
 from stickslip.measurement.read import LEAST_SAMPLES, Record
-from stickslip.measurement.signals.noise import MAD_TO_SIGMA
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import Presmoothed, natural_period
 from stickslip.measurement.signals.sample_runs import runs_of

@@ -42,7 +42,7 @@ from stickslip.measurement.indirect.recalibration import (
 )
 from stickslip.measurement.indirect.sticks.creeping_sticks import creep_delay
 from stickslip.measurement.indirect.sticks.resting_sticks import BLUR
-from stickslip.measurement.indirect.sticks.stick import Stick
+from stickslip.measurement.indirect.sticks.stick import Stick, ends_of
 from stickslip.measurement.indirect.sticks.stick_slopes import stick_slope
 from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.regime import regime_notes
@@ -174,7 +174,7 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
         friction = friction.with_late_error(BLUR * record.step)
     if sticks and not resting:
         late = delay / math.sqrt(3)
-        levels = np.interp([stick.end for stick in sticks if stick.ends], time, presmoothed.extension)
+        levels = np.interp(ends_of(sticks), time, presmoothed.extension)
         # Break-aways that scatter by far more do not feel it.
         if not levels.size or o.drive_velocity * late > FELT * float(np.std(levels)):
             friction = friction.with_late_error(late)

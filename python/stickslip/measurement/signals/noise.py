@@ -10,10 +10,9 @@ import numpy.typing as npt
 from scipy.ndimage import binary_closing, median_filter, uniform_filter1d
 
 from stickslip.files.arrays import Array
+from stickslip.files.median_deviation import median_deviation
 from stickslip.measurement.signals.sample_runs import runs_of
-
-MAD_TO_SIGMA = 1.4826
-"""Standard deviation of normal numbers over the median of their sizes."""
+from stickslip.measurement.signals.sampling import mean_step
 
 BAND = 7.0
 """Within so many standard deviations lie all samples of a level with noise."""
@@ -42,7 +41,7 @@ def noise_level(signal: Array, weight: Array | None = None) -> float:
     if weight is not None:
         seen = np.lib.stride_tricks.sliding_window_view(weight > 0, 4).all(axis=1)
         differences = differences[seen] if seen.any() else differences
-    level = MAD_TO_SIGMA * float(np.median(differences)) / math.sqrt(20)
+    level = median_deviation(differences) / math.sqrt(20)
     if level == 0.0:  # a coarsely quantised record: most differences vanish
         level = float(np.sqrt(np.mean(np.minimum(differences, np.quantile(differences, 0.99)) ** 2) / 20))
     return level
@@ -207,11 +206,11 @@ def mains_hum(signal: Array, time: Array, frequency: float) -> tuple[Array, floa
     (n,) the line, and its frequency in Hz.
     """
     n = len(signal)
-    step = float(time[-1] - time[0]) / (n - 1)
+    step = mean_step(time)
     period = max(round(1 / (frequency * step)), 2)
     trend = uniform_filter1d(uniform_filter1d(signal, period, mode="nearest"), period, mode="nearest")
     residuals = signal - trend
-    spread = MAD_TO_SIGMA * float(np.median(np.abs(residuals)))
+    spread = median_deviation(residuals)
     good = np.abs(residuals) < 4 * max(spread, 1e-300)
     good[: 2 * period] = good[-2 * period :] = False
     frequency = _strongest_near(np.where(good, residuals, 0.0), time, frequency)

@@ -14,6 +14,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.optimize import minimize_scalar
 
 from stickslip.files.arrays import Array
+from stickslip.measurement.signals.sampling import mean_step
 
 Kind = Literal["slip", "creep", "rest"]
 Part = Literal["slip", "creep"]
@@ -75,7 +76,7 @@ class PiecewiseFit:
     noise: float = field(init=False)
 
     def __post_init__(self) -> None:
-        self.step = float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+        self.step = mean_step(self.time)
         self.origin = float(self.time[0])
         # one offset keeps the squares small over a long record
         self.offset = float(np.median(self.path))

@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from stickslip.files.arrays import Array
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
+from stickslip.measurement.signals.sampling import mean_step
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ def presmooth(
 ) -> Presmoothed:
     """Smooth the whole record as one slip; the cut-off is the likeliest on stretches spread over the record."""
     period = natural_period(oscillator)
-    step = float((time[-1] - time[0]) / (len(time) - 1))
+    step = mean_step(time)
     # a short record may be worth a finer look than a long one can afford
     knots = max(period / (50 if len(time) < 50_000 else 25), 2 * step)
     path = oscillator.drive_velocity * (time - time[0]) - extension

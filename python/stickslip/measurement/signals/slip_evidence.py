@@ -14,6 +14,7 @@ from scipy.linalg import LinAlgError
 from stickslip import _core
 from stickslip.files.arrays import Array
 from stickslip.measurement.signals.piecewise_fit import DEGREE, OscillatorConstants
+from stickslip.measurement.signals.sampling import mean_step
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class SlipModel:
     @property
     def step(self) -> float:
         """Sampling interval in s."""
-        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
+        return mean_step(self.time)
 
     def slip(self, start: float, end: float, origin: float, joined: str, soft: bool = False) -> Evidence:
         """Evidence of a slip that meets a stick (u = U, u' = 0) at its ``"start"`` or ``"end"``, or ``"nowhere"``.

@@ -16,6 +16,7 @@ from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.measurement.signals.noise import noise_level
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
+from stickslip.measurement.signals.sampling import mean_step
 
 ORDER = 3
 """Of the local polynomials."""
@@ -62,7 +63,7 @@ def jerk_spline(time: Array, signal: Array, weight: Array | None = None, cutoff:
     >>> bool(np.abs(smooth.a + np.sin(t))[50:-50].max() < 0.1)
     True
     """
-    step = float((time[-1] - time[0]) / (len(time) - 1))
+    step = mean_step(time)
     still = OscillatorConstants(mass=1.0, damping=0.0, stiffness=1.0, drive_velocity=0.0)
     ones = np.ones(len(time)) if weight is None else weight
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.files.arrays import Array
 from stickslip.measurement.signals.presmooth import Presmoothed
+from stickslip.measurement.signals.sampling import mean_step
 
 
 def turning_points(values: Array, least: float) -> tuple[list[int], list[int]]:
@@ -78,7 +79,7 @@ def find_flanks(presmoothed: Presmoothed, least_drop: float) -> Flanks:
 
 def _wander(presmoothed: Presmoothed) -> float:
     """Standard error of the level of the presmoothed record: white noise averaged over its resolution."""
-    step = float((presmoothed.time[-1] - presmoothed.time[0]) / (len(presmoothed.time) - 1))
+    step = mean_step(presmoothed.time)
     return presmoothed.noise * min(math.sqrt(2 * step * presmoothed.cutoff), 1.0)
 
 

@@ -11,9 +11,6 @@ import numpy.typing as npt
 
 from stickslip.files.arrays import Array
 
-MAD_TO_SIGMA = 1.4826
-"""Standard deviation of normal numbers over the median of their sizes."""
-
 
 class Row(NamedTuple):
     """One possible marker; see :class:`Detections`."""

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.files.arrays import Array
-from stickslip.tracking.finding.detections import MAD_TO_SIGMA
+from stickslip.files.median_deviation import MAD_TO_SIGMA
 from stickslip.tracking.finding.response_map import ResponseMap
 from stickslip.tracking.video.vision import vision
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.files.arrays import Array, Indices
-from stickslip.tracking.finding.detections import MAD_TO_SIGMA
+from stickslip.files.median_deviation import MAD_TO_SIGMA
 
 NEAR = 1.2
 """Two markers whose centres are so many diameters apart touch, or nearly."""

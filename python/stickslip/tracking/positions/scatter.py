@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stickslip.files.arrays import Array
-from stickslip.tracking.finding.detections import MAD_TO_SIGMA
+from stickslip.files.median_deviation import MAD_TO_SIGMA, median_deviation
 from stickslip.tracking.positions.size_changes import FEWEST_PICTURES, USUAL
 
 ORDERS = (6, 8, 10)
@@ -70,7 +70,7 @@ def scatter(positions: Array, errors: Array, times: Array) -> Array:
         middle = seen[order // 2 : order // 2 + len(known)][known]
         if len(middle) < FEWEST_PICTURES:
             return nothing
-        found.append((MAD_TO_SIGMA * float(np.median(size[known])), middle, size[known]))
+        found.append((median_deviation(size[known]), middle, size[known]))
     usual, middle, own = min(found, key=lambda one: one[0])
     if found[-1][0] > UNRESOLVED * usual:
         return nothing

@@ -16,8 +16,8 @@ import numpy.typing as npt
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.files.checks import number
+from stickslip.files.median_deviation import MAD_TO_SIGMA
 from stickslip.files.schema import check_keys
-from stickslip.tracking.finding.detections import MAD_TO_SIGMA
 from stickslip.tracking.scale.ruler import find_marks
 from stickslip.tracking.video.source import read_picture
 from stickslip.tracking.video.vision import vision

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from stickslip.measurement.indirect.sticks.stick import Stick
+from stickslip.measurement.indirect.sticks.stick import Stick, ends_of
 from stickslip.measurement.signals.presmooth import Presmoothed
 from stickslip.measurement.signals.turning_points import Flanks
 
@@ -59,7 +59,7 @@ def creep_delay(presmoothed: Presmoothed, sticks: list[Stick], drive_velocity: f
     """
     level = _creep_level(presmoothed, drive_velocity)
     acceleration = np.gradient(drive_velocity - presmoothed.rate, presmoothed.time)
-    at = np.searchsorted(presmoothed.time, [stick.end for stick in sticks if stick.ends])
+    at = np.searchsorted(presmoothed.time, ends_of(sticks))
     fastest = [float(acceleration[i : i + 3].max()) for i in at]
     delays = [level / fast for fast in fastest if fast > 0]
     return float(np.median(delays)) if delays else 0.0

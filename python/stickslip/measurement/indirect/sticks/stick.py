@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.files.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -25,3 +30,8 @@ class Stick:
         """Middle half of what is surely the stick: its end may be guessed too late."""
         quarter = max(self.end - self.end_error - self.start, 0.0) / 4
         return self.start + quarter, self.start + 3 * quarter
+
+
+def ends_of(sticks: Iterable[Stick]) -> Array:
+    """When the sticks end that do so inside the record."""
+    return np.array([stick.end for stick in sticks if stick.ends], float)

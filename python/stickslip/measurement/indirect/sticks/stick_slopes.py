@@ -12,6 +12,7 @@ from stickslip.files.arrays import Array
 from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.regime import quiet_window
 from stickslip.measurement.signals.presmooth import Presmoothed
+from stickslip.measurement.signals.sampling import mean_step
 from stickslip.measurement.signals.turning_points import Flanks
 
 UNEVEN = 0.01
@@ -60,7 +61,7 @@ def stick_slope(
     """
     if len(flanks.limits) < 3:
         return None
-    step = float((time[-1] - time[0]) / (len(time) - 1))
+    step = mean_step(time)
     lengths = np.array([last - first for first, last in flanks.limits])
     window = int(np.clip(quiet_window(presmoothed.noise, step, drive_velocity), 6, max(np.median(lengths) / 3, 6)))
     slopes = local_slopes(time, extension, weight, flanks, window)
