@@ -158,9 +158,9 @@ class Identification(Result):
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over slip velocity: the data of every record and the law along the same motion; returns the Axes."""
-        from stickslip.show.canvas import ABOVE, OKABE_ITO, in_units, new_axes, verbatim
+        from stickslip.show.canvas import ABOVE, OKABE_ITO, axes, in_units, verbatim
 
-        axes = new_axes()[0] if ax is None else ax
+        ax = axes(ax)
         many, shown = len(self.records) > NAMED, list[np.ndarray]()
         names = [f"{len(self.records)} records"] if many else [verbatim(name) for name in short_names(self.records)]
         for number in range(len(self.records)):
@@ -171,19 +171,19 @@ class Identification(Result):
             w = np.abs(frame["slip_velocity"])
             measured = sense * frame["force"]
             name, colour = names[number] if number < len(names) else None, "0.5" if many else None
-            axes.plot(w, measured, ".", ms=2, alpha=0.4, color=colour, label=name, rasterized=True)
+            ax.plot(w, measured, ".", ms=2, alpha=0.4, color=colour, label=name, rasterized=True)
             law = "law" if number == 0 else None
-            axes.plot(w, sense * frame["predicted"], ".", ms=1.5, color=OKABE_ITO["black"], label=law)
+            ax.plot(w, sense * frame["predicted"], ".", ms=1.5, color=OKABE_ITO["black"], label=law)
             shown.append(measured.to_numpy())
         units = self.records[0].units
-        axes.set_xlabel("slip velocity w" + in_units(units.get("slip_velocity")))
-        axes.set_ylabel("kinetic force f" + in_units(units.get("force")))
+        ax.set_xlabel("slip velocity w" + in_units(units.get("slip_velocity")))
+        ax.set_ylabel("kinetic force f" + in_units(units.get("force")))
         # A few outliers must not flatten the axis: it holds the middle 99 % and a quarter of that beside.
         low, high = np.quantile(np.concatenate(shown), (0.005, 0.995)) if sum(map(len, shown)) else (0.0, 0.0)
         if high > low:
-            axes.set_ylim(low - 0.25 * (high - low), high + 0.25 * (high - low))
-        axes.legend(**ABOVE, ncols=2, markerscale=4)
-        return axes
+            ax.set_ylim(low - 0.25 * (high - low), high + 0.25 * (high - low))
+        ax.legend(**ABOVE, ncols=2, markerscale=4)
+        return ax
 
 
 NAMED = 6

@@ -76,6 +76,9 @@ _PARAMETERS = {
     "v": ("velocity ẋ at t = 0", "velocity"),
 }
 
+#: One after another, of what has no colour of its own.
+COLOURS = [OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
+
 #: What makes a figure fit for print; in force where a picture makes its own figure.
 STYLE: Any = {
     "figure.figsize": (4.2, 3.2),
@@ -88,9 +91,7 @@ STYLE: Any = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.linewidth": 0.7,
-    "axes.prop_cycle": cycler(
-        color=[OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
-    ),
+    "axes.prop_cycle": cycler(color=COLOURS),
     "axes.edgecolor": "0.35",
     "axes.titlelocation": "left",
     "axes.titleweight": "medium",

@@ -20,7 +20,7 @@ from stickslip.laws import (
     force_along,
 )
 from stickslip.laws.bands import band, drawn, long_rest
-from stickslip.show.canvas import OKABE_ITO, axes, label
+from stickslip.show.canvas import COLOURS, OKABE_ITO, axes, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -139,7 +139,6 @@ def break_away_plot(
     if force_rates is None:
         force_rates = (0.0,) if scale is None else tuple(scale * f for f in (0.2, 0.5, 1.0, 2.0))
     laws = _as_well(law)
-    colours = [OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
     times = np.asarray(stick_times, float)
 
     def at_rest(rate: float) -> Callable[[Law], np.ndarray]:
@@ -148,10 +147,10 @@ def break_away_plot(
     for i, rate in enumerate(force_rates):
         name = f"δ = {rate:.3g}" if scale is not None else None
         force = law.break_away_force(np.asarray(stick_times, float), rate)
-        ax.plot(stick_times, force, color=colours[i % len(colours)], label=name)
+        ax.plot(stick_times, force, color=COLOURS[i % len(COLOURS)], label=name)
         if laws:
             low, high = band(laws, at_rest(rate))
-            _shade(ax, times, low, high, colours[i % len(colours)])
+            _shade(ax, times, low, high, COLOURS[i % len(COLOURS)])
     if scale is not None:
         ax.legend(fontsize=8, frameon=False, title="force rate", title_fontsize=8)
     ax.margins(x=0)

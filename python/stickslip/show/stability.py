@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.show.canvas import ABOVE, LINES, OKABE_ITO, axes
+from stickslip.show.canvas import ABOVE, COLOURS, LINES, OKABE_ITO, axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -126,10 +126,9 @@ def lyapunov_plot(spectrum: LyapunovSpectrum, ax: Axes | None = None) -> Axes:
     """
     ax = axes(ax)
     times, running = spectrum.by_period()
-    colours = [OKABE_ITO[name] for name in ("blue", "vermilion", "green", "purple", "orange", "sky")]
     drawn = []
     for i, (value, error) in enumerate(zip(spectrum.exponents, spectrum.errors, strict=True)):
-        colour = colours[i % len(colours)]
+        colour = COLOURS[i % len(COLOURS)]
         text = f"$λ_{{{i + 1}}}$ = {value:.3g}".replace("-inf", "−∞").replace("-", "−")
         if not np.isfinite(value):
             ax.plot([], [], ls="", label=f"not drawn: {text}")

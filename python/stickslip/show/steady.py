@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.show.canvas import ABOVE, OKABE_ITO, in_units, new_axes
+from stickslip.show.canvas import ABOVE, OKABE_ITO, axes, in_units, new_axes
 
 if TYPE_CHECKING:
     from stickslip.identification.steady.steady_result import SteadyFriction
@@ -22,7 +22,7 @@ VISIBLE_APART = 0.01
 def plot_steady(found: SteadyFriction, ax: Any = None) -> Any:
     """See :meth:`SteadyFriction.plot`."""
     reach = _low_speeds(found) if ax is None else 0.0
-    panels = new_axes(1, 2, figsize=(7.2, 3.6)) if reach else [new_axes()[0] if ax is None else ax]
+    panels = new_axes(1, 2, figsize=(7.2, 3.6)) if reach else [axes(ax)]
     for panel, most in zip(panels, (math.inf, reach), strict=False):
         _draw(found, panel, most)
         panel.set_xlabel("slip velocity w" + in_units(found.stated.get("slip_velocity")))

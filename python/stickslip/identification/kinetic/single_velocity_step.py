@@ -84,15 +84,15 @@ class VelocityStepFit(OfSteps):
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over displacement around the step, measured and fitted; returns the Axes."""
-        from stickslip.show.canvas import ABOVE, new_axes
+        from stickslip.show.canvas import ABOVE, axes
 
-        axes = new_axes()[0] if ax is None else ax
-        axes.plot(self.curve["displacement"], self.curve["measured"], ".", ms=3, color="0.5", label="measured (means)")
-        axes.plot(self.curve["displacement"], self.curve["fitted"], lw=1.5, color="C0", label=f"{self.law.law} law")
-        axes.set_xlabel("displacement from the step (m)")
-        axes.set_ylabel("friction coefficient")
-        axes.legend(**ABOVE, ncols=2)
-        return axes
+        ax = axes(ax)
+        ax.plot(self.curve["displacement"], self.curve["measured"], ".", ms=3, color="0.5", label="measured (means)")
+        ax.plot(self.curve["displacement"], self.curve["fitted"], lw=1.5, color="C0", label=f"{self.law.law} law")
+        ax.set_xlabel("displacement from the step (m)")
+        ax.set_ylabel("friction coefficient")
+        ax.legend(**ABOVE, ncols=2)
+        return ax
 
 
 def fit_velocity_step(

@@ -122,19 +122,19 @@ class VelocityStepsFit(OfSteps):
 
     def plot(self, ax: Any = None) -> Any:
         """Friction from before each step over the path since it, over ln(V₂/V₁), measured and fitted; returns the Axes."""
-        from stickslip.show.canvas import ABOVE, logarithmic_x, new_axes
+        from stickslip.show.canvas import ABOVE, axes, logarithmic_x
 
-        axes = new_axes()[0] if ax is None else ax
+        ax = axes(ax)
         # A path of nothing but rounding has no place on a logarithmic axis.
         seen = self.curves[self.curves["path"] > 1e-6 * self.curves["path"].max()]
-        axes.plot(seen["path"], seen["measured"], ".", ms=2, alpha=0.3, color="0.5", label="measured", rasterized=True)
+        ax.plot(seen["path"], seen["measured"], ".", ms=2, alpha=0.3, color="0.5", label="measured", rasterized=True)
         for number, (_, one) in enumerate(seen.groupby("step")):
-            axes.plot(one["path"], one["fitted"], lw=0.6, color="C0", label=None if number else f"{self.law.law} law")
-        logarithmic_x(axes, seen["path"])
-        axes.set_xlabel("path from the step (m)")
-        axes.set_ylabel("(friction − before) / ln(V₂/V₁)")
-        axes.legend(**ABOVE, ncols=2)
-        return axes
+            ax.plot(one["path"], one["fitted"], lw=0.6, color="C0", label=None if number else f"{self.law.law} law")
+        logarithmic_x(ax, seen["path"])
+        ax.set_xlabel("path from the step (m)")
+        ax.set_ylabel("(friction − before) / ln(V₂/V₁)")
+        ax.legend(**ABOVE, ncols=2)
+        return ax
 
 
 def fit_velocity_steps(friction: xr.DataTree | str | Path) -> VelocityStepsFit:

@@ -99,26 +99,26 @@ class Agreement(ByContent, OfTable):
 
     def plot_phase(self, ax: Any = None) -> Any:
         """Phase portraits of both motions, spring force over velocity of the mass; returns the Axes."""
-        from stickslip.show.canvas import ABOVE, OKABE_ITO, new_axes
+        from stickslip.show.canvas import ABOVE, OKABE_ITO, axes
 
-        axes = new_axes()[0] if ax is None else ax
+        ax = axes(ax)
         measured = steady_part(measured_trace_of(self.record, self.system), self.record)
         simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         stride = max(len(measured) // POINTS, 1)
         measured = measured.iloc[::stride]
-        axes.plot(measured["v"], measured["spring"], ".", ms=3, color="0.6", label="measured")
-        axes.plot(simulated["v"], simulated["spring"], lw=1.0, color=OKABE_ITO["vermilion"], label="simulated")
+        ax.plot(measured["v"], measured["spring"], ".", ms=3, color="0.6", label="measured")
+        ax.plot(simulated["v"], simulated["spring"], lw=1.0, color=OKABE_ITO["vermilion"], label="simulated")
         force, _, velocity = _units(self.record)
-        axes.set_xlabel("velocity ẋ" + velocity)
-        axes.set_ylabel("spring force k x" + force)
-        axes.legend(**ABOVE, ncols=2)
-        return axes
+        ax.set_xlabel("velocity ẋ" + velocity)
+        ax.set_ylabel("spring force k x" + force)
+        ax.legend(**ABOVE, ncols=2)
+        return ax
 
     def plot_force(self, ax: Any = None, cycles: float = 6.0) -> Any:
         """Spring force over time of both motions from a break-away, or from a rise through its mean; returns the Axes."""
-        from stickslip.show.canvas import ABOVE, OKABE_ITO, new_axes
+        from stickslip.show.canvas import ABOVE, OKABE_ITO, axes
 
-        axes = new_axes()[0] if ax is None else ax
+        ax = axes(ax)
         measured = measured_trace_of(self.record, self.system)
         simulated = read_motion(self.record, self.orbit, TRANSIENT).trace
         cycle, length = cycle_of(self.record), float(np.ptp(self.record.time))
@@ -138,12 +138,12 @@ class Agreement(ByContent, OfTable):
             (simulated, begin, OKABE_ITO["vermilion"], 1.0, "simulated"),
         ):
             part = frame[(frame["time"] >= origin) & (frame["time"] <= origin + span)]
-            axes.plot(part["time"] - origin, part["spring"], lw=width, color=color, label=label)
+            ax.plot(part["time"] - origin, part["spring"], lw=width, color=color, label=label)
         force, time, _ = _units(self.record)
-        axes.set_xlabel(("time since a break-away" if sticks else "time since a rise through the mean") + time)
-        axes.set_ylabel("spring force k x" + force)
-        axes.legend(**ABOVE, ncols=2)
-        return axes
+        ax.set_xlabel(("time since a break-away" if sticks else "time since a rise through the mean") + time)
+        ax.set_ylabel("spring force k x" + force)
+        ax.legend(**ABOVE, ncols=2)
+        return ax
 
     def plot(self) -> Any:
         """Both pictures side by side; returns the Figure."""

@@ -159,21 +159,21 @@ class StaticFrictionFit(Result):
 
     def plot(self, ax: Any = None) -> Any:
         """Break-away force over stick time with the fits; returns the Axes."""
-        from stickslip.show.canvas import ABOVE, in_units, logarithmic_x, new_axes
+        from stickslip.show.canvas import ABOVE, axes, in_units, logarithmic_x
 
-        axes = new_axes()[0] if ax is None else ax
+        ax = axes(ax)
         time, force = self.rows["stick_time"].to_numpy(), self.rows["used"].to_numpy()
-        axes.plot(time, force, ".", color="0.6", label="break-aways")
+        ax.plot(time, force, ".", color="0.6", label="break-aways")
         grid = np.geomspace(time.min(), time.max(), 200)
         order = sorted(self.fits, key=lambda name: (name != self.chosen, self.fits[name].criterion))
         for name in order[:SHOWN]:
-            axes.plot(grid, self.fits[name](grid), lw=2.5 if name == self.chosen else 1.0, label=name)
-        logarithmic_x(axes, time)
-        axes.set_xlabel("stick time" + in_units(self._units("time")))
+            ax.plot(grid, self.fits[name](grid), lw=2.5 if name == self.chosen else 1.0, label=name)
+        logarithmic_x(ax, time)
+        ax.set_xlabel("stick time" + in_units(self._units("time")))
         above = " above that of its slip" if self.relative else ""
-        axes.set_ylabel("break-away force" + above + in_units(self._units("force")))
-        axes.legend(**ABOVE, ncols=2)
-        return axes
+        ax.set_ylabel("break-away force" + above + in_units(self._units("force")))
+        ax.legend(**ABOVE, ncols=2)
+        return ax
 
 
 def fit_static_friction(friction: Any) -> StaticFrictionFit:
