@@ -42,19 +42,17 @@ def run(options: argparse.Namespace) -> None:
             table = critical_intervals(system, options.samples, seed=0, bounds=bounds, progress=bar)
             spread = {str(name): (row["low"], row["high"], int(row["laws"])) for name, row in table.iterrows()}
     if options.json:
-        all_of_them = {"critical_velocities": [list(item) for item in found.all], "criticality": found.criticality}
-        all_of_them["criticalities"] = [list(item) for item in found.criticalities]
-        hidden = [[point.kind, point.parameter] for point in found.not_shown]
-        neutral = [list(item) for item in found.neutral]
-        brackets = [list(item) for item in found.brackets]
-        rest = {
-            "not_shown": hidden,
-            "neutral": neutral,
+        document = {
+            "critical_velocities": found.all,
+            "criticality": found.criticality,
+            "criticalities": found.criticalities,
+            "not_shown": [(point.kind, point.parameter) for point in found.not_shown],
+            "neutral": found.neutral,
             "finished": found.finished,
-            "brackets": brackets,
+            "brackets": found.brackets,
             "unstable": found.unstable,
         }
-        say_json(all_of_them | rest | ({"intervals": spread} if options.samples is not None else {}))
+        say_json(document | ({"intervals": spread} if options.samples is not None else {}))
         return
     natures = {("hopf", value): f", {word}" for value, word in found.criticalities}
     for kind, value in found.all:

@@ -312,14 +312,9 @@ def _document(result: Identification, agreements: list[Agreement]) -> dict[str, 
     if result.motions is not None:
         document["motions"] = result.motions.to_dict("records")
     if agreements:
-        document["agreements"] = [_agreement(agreement) for agreement in agreements]
+        document["agreements"] = [{"record": one.record.name} | one.to_dict() for one in agreements]
         document["agreement"] = document["agreements"][0]
     return document
-
-
-def _agreement(agreement: Agreement) -> dict[str, Any]:
-    table = agreement.table.astype(object).where(agreement.table.notna(), None)
-    return {"record": agreement.record.name, "table": table.to_dict("index"), "sentences": agreement.sentences}
 
 
 def _compare(
@@ -344,8 +339,7 @@ def _compare(
 
         page(found.best, comparison=found, simulate=not no_simulation).write(report)
     if json:
-        table = found.table.astype(object).where(found.table.notna(), None)
-        say_json({"table": table.to_dict("index"), "sentences": found.sentences, "law": found.best.law.to_dict()})
+        say_json(found.to_dict() | {"law": found.best.law.to_dict()})
         return
     say(found.report())
     say_written(output, report)

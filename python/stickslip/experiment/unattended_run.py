@@ -20,7 +20,7 @@ from stickslip.experiment.experiment import Experiment, is_named
 from stickslip.experiment.joint_results import common_units, write_joint_results
 from stickslip.experiment.record_results import measured_record
 from stickslip.files.checks import did_you_mean, number
-from stickslip.files.disk import read_toml
+from stickslip.files.disk import make_folder, read_toml
 from stickslip.files.worker_processes import worker_processes
 
 if TYPE_CHECKING:
@@ -85,12 +85,7 @@ def _run(plan: Experiment, sources: Mapping[str, Path], again: bool, progress: P
         if isinstance(path := plan.said(key), str):
             read_toml(path, f"{key} file")
     _check(plan, sources)
-    try:
-        plan.results.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"{plan.results}: the folder cannot be made ({error.strerror}); choose another output"
-        ) from None
+    make_folder(plan.results, "output")
     rows = {}
     with closing(_rows(plan, sources, again)) as finished:
         for done, (name, row) in enumerate(finished, start=1):

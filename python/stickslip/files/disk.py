@@ -134,6 +134,22 @@ def check_writable(path: str | Path) -> Path:
     return path
 
 
+def make_folder(path: str | Path, another: str = "folder") -> Path:
+    """The folder, made if it is not there; `another` is what to choose where it cannot be.
+
+    Raises
+    ------
+    InputError
+        where it cannot be made.
+    """
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: the folder cannot be made ({error.strerror}); choose another {another}") from None
+    return folder
+
+
 @contextlib.contextmanager
 def draft_of(path: Path) -> Iterator[Path]:
     """A temporary name beside `path`: nothing is left of it in the end, nor of those that a killed process left."""

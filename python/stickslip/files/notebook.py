@@ -35,6 +35,11 @@ class OfTable:
 
     table: Any
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words: the rows of the table by their names, None for what is missing, and the sentences."""
+        table = self.table.astype(object).where(self.table.notna(), None)
+        return {"table": table.to_dict("index"), "sentences": list(getattr(self, "sentences", ()))}
+
     def __repr__(self) -> str:
         more = ": see report()" if hasattr(self, "report") else ""
         return f"<{type(self).__name__} of {brief(list(map(str, self.table.index)))}{more}>"

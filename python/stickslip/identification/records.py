@@ -105,6 +105,10 @@ class FrictionRecord(InNotebook):
         """Sampling interval."""
         return float(np.median(np.diff(self.time)))
 
+    def settled(self, share: float) -> float:
+        """The time at which so large a share of the record is over."""
+        return float(self.time[0] + share * (self.time[-1] - self.time[0]))
+
     def force_rates(self) -> pd.Series:
         """How fast each stick was loaded.
 
@@ -196,12 +200,34 @@ def read_records(friction: Any) -> list[FrictionRecord]:
     InputError
         where a variable is missing, holds NaN, or the record never slips.
     """
-    items = list(friction) if isinstance(friction, list | tuple) else [friction]
-    if not items:
-        raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
-    records = [_read(item, number) for number, item in enumerate(items, start=1)]
+    records = [_read(item, number) for number, item in enumerate(some_of(friction), start=1)]
     check_same_units((record.name, record.units) for record in records)
     return each_once(records, _same_samples, lambda one: one.name, _noted)
+
+
+def items_of(friction: Any) -> list[Any]:
+    """Those of a list, or the one that is given alone."""
+    return list(friction) if isinstance(friction, list | tuple) else [friction]
+
+
+def some_of(friction: Any) -> list[Any]:
+    """One record or more; none is refused."""
+    if items := items_of(friction):
+        return items
+    raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
+
+
+def loaded(item: Any) -> Any:
+    """The friction file that a path names, in memory; what is no path as it is."""
+    return opened(Path(item)) if isinstance(item, str | Path) else item
+
+
+def tree_of(item: Any) -> xr.DataTree:
+    """A friction record as a tree of tables, from a file or as it is."""
+    tree = loaded(item)
+    if not isinstance(tree, xr.DataTree):
+        raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
+    return tree
 
 
 def _same_samples(one: FrictionRecord, other: FrictionRecord) -> bool:

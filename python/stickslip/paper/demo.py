@@ -18,7 +18,7 @@ import numpy as np
 from stickslip import paper, show
 from stickslip.errors import InputError
 from stickslip.explorer import content_of_record
-from stickslip.files.disk import write_whole
+from stickslip.files.disk import make_folder, write_whole
 from stickslip.files.netcdf import write_netcdf
 from stickslip.identification import Agreement, Identification, compare_motion, identify
 from stickslip.identification.estimator.result import in_digits
@@ -119,11 +119,7 @@ def demo(folder: str | Path, progress: Callable[[str, int, int], Any] | None = N
     InputError
         where the folder cannot be made or written to.
     """
-    folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from None
+    folder = make_folder(folder)
     tell = progress or (lambda *_: None)
     steps = len(DRIVE_VELOCITIES) + 5
     taken = 0

@@ -9,9 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.errors import InputError
 from stickslip.explorer import content_of_system
-from stickslip.files.disk import write_text, write_whole
+from stickslip.files.disk import make_folder, write_text, write_whole
 from stickslip.model.drive import Harmonic
 from stickslip.paper import DAMPING, oscillator
 from stickslip.paper.calibration import CALIBRATIONS
@@ -69,10 +68,7 @@ def reproduce(folder: str | Path, progress: Callable[[str, int, int], Any] | Non
     import matplotlib
 
     folder = Path(folder)
-    try:
-        (folder / "figures").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from None
+    make_folder(folder / "figures")
     with matplotlib.rc_context({"backend": "agg"}):
         return _reproduce(folder, progress or (lambda *_: None), options)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.errors import InputError
+from stickslip.files.disk import make_folder
 from stickslip.files.netcdf import tree_of
 from stickslip.tracking.film_tracking import track
 from stickslip.tracking.setup import Setup
@@ -54,12 +55,8 @@ def track_films(
     import pandas as pd
 
     wanted = Setup.of(setup, **options)
-    folder = Path(folder)
     names = _names([Path(source) for source in sources])
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: the folder cannot be made ({error.strerror}); choose another place") from None
+    folder = make_folder(folder)
     rows = []
     for done, (source, name) in enumerate(zip(sources, names, strict=True)):
         if progress is not None:

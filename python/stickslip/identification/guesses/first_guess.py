@@ -13,9 +13,10 @@ from scipy.interpolate import lagrange
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
+from stickslip.identification.estimator.hat_functions import hats_at
 from stickslip.identification.guesses.bogacz_ryczek_guess import bogacz_ryczek
 from stickslip.identification.guesses.guess_data import Guess, GuessData, need_rows
-from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of, exponential
+from stickslip.identification.guesses.kinetic_curves import CURVES, curve_of, exponential, nodes_over
 from stickslip.identification.guesses.state_laws import STATES
 from stickslip.identification.static.caveats import NARROW
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
@@ -161,11 +162,8 @@ def _force_rate(data: GuessData) -> Guess:
 
 def _piecewise_linear(data: GuessData) -> Guess:
     speed, force = curve_of(data, "PiecewiseLinear")
-    inner = np.quantile(speed, np.arange(1, data.pieces) / data.pieces)
-    nodes = np.array([0.0, *inner, float(speed.max())])
-    if not (np.diff(nodes) > 0).all():
-        raise InputError(f"identify: the slip velocities are too few for {data.pieces} pieces; ask for fewer")
-    hats = np.stack([np.interp(speed, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
+    nodes = nodes_over(speed, data.pieces)
+    hats = hats_at(speed, nodes)
     movable = [f"nodes[{i}].slip_velocity" for i in range(1, len(nodes) - 1)]
     return _through_nodes(PiecewiseLinear, data, nodes, hats, force, movable)
 

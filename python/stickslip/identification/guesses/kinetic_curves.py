@@ -9,6 +9,7 @@ from scipy.optimize import lsq_linear
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array, Indices
+from stickslip.identification.estimator.hat_functions import hats_at
 from stickslip.identification.guesses.guess_data import Guess, GuessData
 from stickslip.identification.kinetic.replayed_motion import without_wiggles
 from stickslip.laws import (
@@ -44,6 +45,14 @@ def curve_of(data: GuessData, kind: str) -> tuple[Array, Array]:
             "add records at other drive velocities, or one that oscillates, or ask for Coulomb"
         )
     return speed, force
+
+
+def nodes_over(speed: Array, pieces: int) -> Array:
+    """The ends of so many pieces with equally many samples each, from 0 to the highest speed."""
+    nodes = np.array([0.0, *np.quantile(speed, np.arange(1, pieces) / pieces), float(speed.max())])
+    if not (np.diff(nodes) > 0).all():
+        raise InputError(f"identify: the slip velocities are too few for {pieces} pieces; ask for fewer")
+    return nodes
 
 
 def _least(
@@ -139,7 +148,7 @@ def _spread(time: Array) -> list[Indices]:
 def _tabulated(data: GuessData) -> Guess:
     w, force = curve_of(data, "Tabulated")
     nodes = np.linspace(0.0, float(np.quantile(w, 0.95)), data.pieces + 1)
-    hats = np.stack([np.interp(w, nodes, unit) for unit in np.eye(nodes.size)], axis=1)
+    hats = hats_at(w, nodes)
     values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
     kinetic = tuple((float(a), float(b)) for a, b in zip(nodes, values, strict=True))
     free = [f"kinetic[{i}].force" for i in range(nodes.size)]
@@ -175,9 +184,7 @@ def _two_branch(data: GuessData) -> Guess:
         sense = np.gradient(smooth)
         for part, keep in ((rising, sense > 0), (falling, sense < 0)):
             part.append(np.stack([smooth, force])[:, keep & ~record.stuck])
-    nodes = np.array([0.0, *np.quantile(w, np.arange(1, data.pieces) / data.pieces), float(w.max())])
-    if not (np.diff(nodes) > 0).all():
-        raise InputError(f"identify: the slip velocities are too few for {data.pieces} pieces; ask for fewer")
+    nodes = nodes_over(w, data.pieces)
     branches = []
     for part in (rising, falling):
         speed, force = np.concatenate(part, axis=1)
@@ -186,7 +193,7 @@ def _two_branch(data: GuessData) -> Guess:
                 "identify: TwoBranch needs slip that speeds up and slip that slows down, the records hold hardly any of one "
                 "of them: add a record that oscillates"
             )
-        hats = np.stack([np.interp(speed, nodes, unit) for unit in np.eye(nodes.size)], axis=1)
+        hats = hats_at(speed, nodes)
         ridge = 1e-6 * np.eye(nodes.size) * speed.size
         values = np.linalg.solve(hats.T @ hats + ridge, hats.T @ force + ridge @ np.full(nodes.size, np.mean(force)))
         branches.append(tuple((float(a), float(b)) for a, b in zip(nodes, np.maximum(values, 0.0), strict=True)))

@@ -17,7 +17,7 @@ from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result, in_digits
-from stickslip.identification.records import opened
+from stickslip.identification.records import tree_of
 from stickslip.laws.law import save_law
 from stickslip.laws.numbers import pointers, units_of
 from stickslip.laws.rate_state import RateState
@@ -90,9 +90,7 @@ def step_response(path: Array, numbers: Array, jump: float, form: str, ramp: flo
 
 def table_of_steps(friction: Any) -> tuple[xr.DataTree, pd.DataFrame, str]:
     """The record, its steps of the drive's speed and its name; refused where friction is no coefficient."""
-    tree = opened(Path(friction)) if isinstance(friction, str | Path) else friction
-    if not isinstance(tree, xr.DataTree):
-        raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
+    tree = tree_of(friction)
     table = tree.children["step"].to_dataset(inherit=False) if "step" in tree.children else xr.Dataset()
     name = str(tree.attrs.get("source", "record"))
     if table.sizes.get("step", 0) == 0:

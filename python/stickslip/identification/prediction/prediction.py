@@ -31,7 +31,7 @@ from stickslip.identification.prediction.agreement import (
     steady_part,
 )
 from stickslip.identification.prediction.reading import Reading, read_motion
-from stickslip.identification.records import FrictionRecord, check_same_units, read_records
+from stickslip.identification.records import FrictionRecord, check_same_units, items_of, read_records
 from stickslip.identification.result import Identification
 from stickslip.laws import Law
 from stickslip.laws.numbers import Spread
@@ -85,11 +85,6 @@ class Prediction(ByContent, OfTable):
         numbers = pd.concat(parts).swaplevel().loc[self.table.index]
         shown = [one.to_string(float_format=lambda number: f"{number:.4g}", na_rep="-") for one in (kinds, numbers)]
         return "\n".join(["Predicted runs", "", shown[0], "", shown[1], "", *[f"- {one}" for one in self.sentences]])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers and words."""
-        table = self.table.astype(object).where(self.table.notna(), None)
-        return {"table": table.to_dict("index"), "sentences": self.sentences}
 
 
 COLUMNS = ("measured", "error", "predicted", "low", "high")
@@ -171,7 +166,7 @@ def predict_motion(law: Identification, friction: Any, duration: float | None = 
 
 
 def _items(friction: Any) -> list[Any]:
-    items = list(friction) if isinstance(friction, list | tuple) else [friction]
+    items = items_of(friction)
     if not items:
         raise InputError("predict: expected at least one run, got none: give a friction file or a rig")
     return items

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -19,7 +18,7 @@ from stickslip.identification.guesses.guess_data import BreakAways
 from stickslip.identification.kinetic.single_velocity_step import fit_velocity_step
 from stickslip.identification.kinetic.velocity_step_fits import LEAST_STEPS, fit_velocity_steps
 from stickslip.identification.law_fit import fit_law
-from stickslip.identification.records import FrictionRecord, opened, read_records
+from stickslip.identification.records import FrictionRecord, items_of, loaded, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.piece_count import choose_pieces
 from stickslip.identification.static.caveats import OF_STICK_TIME, notes_on_unlike_records
@@ -65,7 +64,7 @@ FitPath = Literal["motion", "curve", "step", "steps", "static"]
 
 def _of_one(fit: Callable[[Any], Result]) -> Callable[[Any], Result]:
     """A fit of one record that takes a list of one too."""
-    return lambda friction: fit(friction[0] if isinstance(friction, list | tuple) else friction)
+    return lambda friction: fit(items_of(friction)[0])
 
 
 FITS: dict[str, tuple[str, Callable[[Any], Result]]] = {
@@ -95,8 +94,7 @@ def fit_of(friction: Any, law: str | type[Law] | Law | None = None, *, steady: b
     law : that is asked for.
     steady : whether only friction over slip velocity is asked for.
     """
-    items = friction if isinstance(friction, list | tuple) else [friction]
-    trees = [opened(Path(item)) if isinstance(item, str | Path) else item for item in items]
+    trees = [loaded(item) for item in items_of(friction)]
     if not trees or not all(isinstance(tree, xr.DataTree) for tree in trees):
         return "motion"
     steps = trees[0]["step"].sizes["step"] if len(trees) == 1 and "step" in trees[0].children else 0

@@ -14,6 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from stickslip.files.arrays import Array
+from stickslip.identification.estimator.hat_functions import hats_at
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.uncertainty import estimate, half_width
 
@@ -242,7 +243,7 @@ class FreeCurve:
 
     def columns(self, rows: Rows) -> Array:
         """Hats over the speed, for either sense of the slip, and the other terms."""
-        hats = np.stack([np.interp(np.abs(rows.w), self.nodes, unit) for unit in np.eye(len(self.nodes))], axis=1)
+        hats = hats_at(np.abs(rows.w), self.nodes)
         forward = (rows.w > 0)[:, None]
         both = [hats * forward, hats * ~forward]
         return np.concatenate([*both, self.beside.columns(rows)] if self.beside.terms else both, axis=1)

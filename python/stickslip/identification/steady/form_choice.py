@@ -18,7 +18,7 @@ import pandas as pd
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean
 from stickslip.identification.estimator.threads import one_thread
-from stickslip.identification.records import check_same_units, opened
+from stickslip.identification.records import check_same_units, some_of, tree_of
 from stickslip.identification.steady.curves import ONE_SPEED, SHAPES, Rows, SteadyFit, forms_of
 from stickslip.identification.steady.misfit import predicts_worse, widened
 from stickslip.identification.steady.single_form_fit import fit_form
@@ -89,11 +89,10 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     >>> found.chosen, found.parameters["value"].round(2).to_dict()
     ('Coulomb + viscous, offset', {'kinetic': 0.4, 'viscous': 0.2, 'offset': -0.17})
     """
-    items = list(friction) if isinstance(friction, list | tuple) else [friction]
     parts, names, units, left, notes, measured_so = [], [], [], [], [], []
-    for number, item in enumerate(items, start=1):
+    for number, item in enumerate(some_of(friction), start=1):
         name = str(item) if isinstance(item, str | Path) else f"record {number}"
-        tree = opened(Path(item)) if isinstance(item, str | Path) else item
+        tree = tree_of(item)
         rows, stated, missing, said = rows_of(tree, name)
         left.append(missing)
         notes += said
@@ -107,8 +106,6 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         parts.append(rows)
         units.append((name, stated))
         names.append(name)
-    if not parts:
-        raise InputError("identify: expected at least one friction record, got none: give a file, a DataTree or a list")
     check_same_units(units)
     notes += notes_on_left_out(left)
     measured = rows = joined(parts)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from stickslip.files.arrays import Array
+from stickslip.identification.estimator.hat_functions import hats_at
 from stickslip.identification.estimator.least_squares import linear
 from stickslip.identification.estimator.residual_statistics import cluster_scores
 from stickslip.identification.steady.curves import BLOCKS, FreeCurve, Rows, SteadyFit
@@ -100,7 +101,7 @@ def _others(rows: Rows) -> Iterator[tuple[str, Array, int]]:
 def _hats(x: Array, count: int) -> Array:
     """Straight pieces over x with as many rows between any two nodes, shape (rows, nodes)."""
     nodes = np.unique(np.quantile(x, np.linspace(0, 1, count)))
-    return np.stack([np.interp(x, nodes, unit) for unit in np.eye(len(nodes))], axis=1)
+    return hats_at(x, nodes)
 
 
 def _by_cluster(columns: Array, residuals: Array, where: Array) -> Array:

@@ -63,10 +63,8 @@ class LeftOut:
         return sum(count for count, _ in self.reasons.values())
 
 
-def rows_of(tree: Any, name: str) -> tuple[Rows, dict[str, str], LeftOut, list[str]]:
+def rows_of(tree: xr.DataTree, name: str) -> tuple[Rows, dict[str, str], LeftOut, list[str]]:
     """The rows of a record that slide, the units of force and slip velocity, what is no row, and what else is to be said."""
-    if not isinstance(tree, xr.DataTree):
-        raise InputError(f"identify: expected a friction file or a DataTree from measure, got {type(tree).__name__}")
     root = tree.to_dataset(inherit=False)
     table = tree.children["steady"].to_dataset(inherit=False) if "steady" in tree.children else None
     series = {"time", "slip_velocity", "force"} <= set(map(str, root.variables))

@@ -97,7 +97,7 @@ class MotionMisfit:
         self.name = record.name
         known = record.constants
         self.drive_velocity = known["drive_velocity"]
-        kept = record.time >= record.time[0] + settled_after * (record.time[-1] - record.time[0])
+        kept = record.time >= record.settled(settled_after)
         origin = float(record.time[kept][0])
         self._smooth = (record.time[kept] - origin, displacement[kept], record.stuck[kept])
         self._velocity = self.drive_velocity - record.slip_velocity[kept]
@@ -261,8 +261,8 @@ def _rises(time: Array, x: Array, middle: float, clear: float) -> Array:
     """Times at which x rises through its middle, each after a fall clear below it."""
     state = np.where(x > middle + clear, 1, np.where(x < middle - clear, -1, 0))
     known = np.flatnonzero(state)
-    ups = known[1:][(state[known[1:]] > 0) & (state[known[:-1]] < 0)]
-    starts = known[:-1][(state[known[1:]] > 0) & (state[known[:-1]] < 0)]
+    rises = (state[known[1:]] > 0) & (state[known[:-1]] < 0)
+    starts, ups = known[:-1][rises], known[1:][rises]
     found = []
     for a, b in zip(starts, ups, strict=True):
         j = a + int(np.argmax(x[a : b + 1] >= middle))

@@ -21,6 +21,7 @@ from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.search import LIKE_NOISE, Refined, distance
 from stickslip.identification.trajectory.tangent import why_differences
+from stickslip.laws.law import Law
 from stickslip.laws.state_law import StateLaw
 
 SHARES = (0.1, 0.35, 1.0)
@@ -60,6 +61,10 @@ class SingleShooting:
         self.sigma = np.array([0.02 * o.spread if math.isnan(o.noise) else o.noise for o in misfits])
         self.best: tuple[float, Array] = (math.inf, np.zeros(0))
 
+    def law(self, unknowns: Array) -> Law:
+        """The law with these numbers."""
+        return self.free.law(unknowns[: self.count])
+
     def lengths(self, share: float) -> list[int]:
         """Samples of each record that count."""
         return [max(20, int(share * misfit.time.size)) for misfit in self.misfits]
@@ -80,7 +85,7 @@ class SingleShooting:
 
     def _parts(self, unknowns: Array, share: float) -> list[Array] | None:
         try:
-            law = self.free.law(unknowns[: self.count])
+            law = self.law(unknowns)
             motions = [
                 (o.motion(law, shift, n)[0] - o.displacement[:n], LARGEST_DISTANCE * o.spread, s)
                 for (o, n, s), shift in zip(self._each(share), unknowns[self.count :], strict=True)
@@ -99,7 +104,7 @@ class SingleShooting:
         Those by a shift are the velocity; those by a number come from the core's derivatives through events, and from
         :meth:`differences` where it has none.
         """
-        law, units = self.free.law(unknowns[: self.count]), self.free.units(unknowns[: self.count])
+        law, units = self.law(unknowns), self.free.units(unknowns[: self.count])
         edges = np.cumsum([0, *self.lengths(share)])
         found = np.zeros((int(edges[-1]), unknowns.size))
         together = [
@@ -122,7 +127,7 @@ class SingleShooting:
 
     def differences(self, unknowns: Array, j: int, share: float = 1.0) -> Array:
         """The derivative of the residuals by free number `j`: central differences of orbits, one-sided at a limit."""
-        step = STEP_OF_STATE_LAWS if isinstance(self.free.law(unknowns[: self.count]), StateLaw) else STEP_OF_LAWS
+        step = STEP_OF_STATE_LAWS if isinstance(self.law(unknowns), StateLaw) else STEP_OF_LAWS
         sides: list[tuple[float, Array]] = []
         for h in (step, -step, 0.0):
             trial = unknowns.copy()
@@ -167,7 +172,7 @@ class SingleShooting:
         unknowns = numbers
         for share in SHARES:
             # A few cycles first: over many a small error of the period would put the motions out of step.
-            law = self.free.law(unknowns[: self.count])
+            law = self.law(unknowns)
             shifts = [misfit.first_shift(law, n) for misfit, n, _ in self._each(share)]
             unknowns = np.concatenate([unknowns[: self.count], shifts])
             unknowns = self.down(unknowns, share, 1.0 if share < 1 else 0.01)
@@ -253,7 +258,7 @@ class SingleShooting:
     def _with(self, names: Sequence[str], ties: dict[str, str]) -> SingleShooting:
         """The same at its best, with these numbers free and tied."""
         best, unknowns = self.best
-        free = LawParameters(self.free.law(unknowns[: self.count]), names, ties, self.free.bounds)
+        free = LawParameters(self.law(unknowns), names, ties, self.free.bounds)
         other = SingleShooting(self.misfits, free, self.instrument_error)
         other.best = (best, np.concatenate([np.zeros(other.count), unknowns[self.count :]]))
         return other
@@ -304,7 +309,7 @@ class SingleShooting:
             f"Refined by the agreement of the motions: they lie {distance(motions):.2g} of the displacement's standard "
             "deviation apart, with one shift of time for each record."
         ]
-        why = why_differences(type(self.free.law(unknowns[: self.count])))
+        why = why_differences(type(self.law(unknowns)))
         if why is not None:
             notes.append(f"Slopes of the motion are differences of orbits: {why}.")
         notes += [
@@ -323,7 +328,7 @@ class SingleShooting:
         return Refined(unknowns[: self.count], *self.covariance(unknowns), motions, notes)
 
     def _refuse_far(self, unknowns: Array, scatter: Array) -> None:
-        law = self.free.law(unknowns[: self.count])
+        law = self.law(unknowns)
         for misfit, left in zip(self.misfits, scatter, strict=True):
             far = left / misfit.spread
             found, _ = misfit.landmarks(law)

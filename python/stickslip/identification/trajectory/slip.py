@@ -84,7 +84,7 @@ def slips_of(record: FrictionRecord, number: int, settled_after: float) -> Itera
     """
     make, displacement = moving(record)
     signal = displacement if record.recorded is None else record.recorded
-    settled = record.time[0] + settled_after * (record.time[-1] - record.time[0])
+    settled = record.settled(settled_after)
     edges = [*(record.time[first] for first, _ in record.slips), record.time[-1]]
     for begin, stick_time, slip in zip(
         record.break_away["t"], record.break_away["stick_time"], record.own_slip(), strict=True

@@ -62,7 +62,7 @@ def scattering(first: Identification, settled_after: float) -> str | None:
     if isinstance(first.law, StateLaw) or varying_number(first.law) is None:
         return None
     for record in first.records:
-        settled = record.time[0] + settled_after * (record.time[-1] - record.time[0])
+        settled = record.settled(settled_after)
         cycles = np.diff(record.break_away["t"][record.break_away["t"] >= settled])
         if cycles.size < FEWEST_CYCLES or record.displacement is None:
             continue

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from stickslip.files.arrays import Array
+from stickslip.identification.estimator.hat_functions import hats_at
 from stickslip.measurement import Rig, measure
 from stickslip.measurement.signals.turning_points import turning_points
 from stickslip.paper import oscillator
@@ -100,7 +101,7 @@ def fit_lines(w: Array, force: Array, nodes: int) -> tuple[Array, Array]:
     """
 
     def misfit(at: Array) -> tuple[float, Array]:
-        hats = np.stack([np.interp(w, at, row) for row in np.eye(nodes)], axis=1)
+        hats = hats_at(w, at)
         values: Array = np.asarray(np.linalg.lstsq(hats, force, rcond=None)[0], float)
         return float(np.square(hats @ values - force).sum()), values
 
