@@ -15,7 +15,7 @@ from stickslip.errors import InputError
 from stickslip.files.disk import write_text
 
 if TYPE_CHECKING:
-    from stickslip.identification import Agreement, Identification
+    from stickslip.identification import Identification
 
 
 COMPARED = 5
@@ -279,8 +279,13 @@ def _deliver_law(
 
         page(result, simulate=not no_simulation).write(report)
     if json:
-        predicted = {} if prediction is None else {"prediction": prediction.to_dict()}
-        say_json(_document(result, agreements) | predicted)
+        document = result.to_dict()
+        if agreements:
+            document["agreements"] = [{"record": one.record.name} | one.to_dict() for one in agreements]
+            document["agreement"] = document["agreements"][0]
+        if prediction is not None:
+            document["prediction"] = prediction.to_dict()
+        say_json(document)
         return
     say(result.report())
     if agreements:
@@ -303,18 +308,6 @@ def _write_table(found: Any, *, table: str | None = None, json: bool = False) ->
         if not json:
             say_written(table)
     return found
-
-
-def _document(result: Identification, agreements: list[Agreement]) -> dict[str, Any]:
-    parameters = result.parameters[["value", "error", "low", "high"]].to_dict("index")
-    parameters = {str(name): row | {"unit": result.units[str(name)]} for name, row in parameters.items()}
-    document: dict[str, Any] = {"law": result.law.to_dict(), "parameters": parameters, "notes": result.notes}
-    if result.motions is not None:
-        document["motions"] = result.motions.to_dict("records")
-    if agreements:
-        document["agreements"] = [{"record": one.record.name} | one.to_dict() for one in agreements]
-        document["agreement"] = document["agreements"][0]
-    return document
 
 
 def _compare(

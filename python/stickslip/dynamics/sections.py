@@ -12,7 +12,7 @@ from stickslip import _core
 from stickslip.dynamics.surface import Surface, surface_from
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number, numbers, time_limit, whole_number
+from stickslip.files.checks import fraction, number, numbers, time_limit, whole_number
 from stickslip.model.drive import Drive
 from stickslip.model.parameters import is_dimensionless
 from stickslip.model.system import Oscillator, System
@@ -83,8 +83,7 @@ def section(
 
     surface = surface_from(system, on, normal=normal, level=level, direction=direction, period=period, start=start)
     end = number("t_end", t_end, "section")
-    if not 0 <= transient < 1:
-        raise InputError(f"section: transient must lie in [0, 1), got {transient}")
+    fraction("transient", transient, "section")
     for name, count in (("most", most), ("max_events", max_events)):
         whole_number(name, count, "section")
     time_limit(max_seconds, "section")

@@ -46,6 +46,13 @@ def positive(name: str, value: object, where: str) -> float:
     return result
 
 
+def fraction(name: str, value: float, where: str) -> float:
+    """`value`, if it lies in [0, 1)."""
+    if not 0 <= value < 1:
+        raise InputError(f"{where}: {name} must lie in [0, 1), got {value}")
+    return value
+
+
 def numbers(name: str, value: Any, count: int, where: str, one_a: str, *, finite: bool = True) -> list[float]:
     """`value` as `count` floats, a single number where one is enough; `one_a` says what each belongs to.
 

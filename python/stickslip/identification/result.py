@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from stickslip.files.disk import write_text
 from stickslip.files.units import unit_suffix
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.kinetic.replayed_motion import Motion
@@ -134,6 +133,13 @@ class Identification(Result):
         finite = {name: values[np.isfinite(values)] for name, values in held.items()}
         return {name: [float(values.min()), float(values.max())] for name, values in finite.items() if values.size}
 
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words: the law, its parameters with their units, notes, and the motions where there are any."""
+        table = self.parameters[["value", "error", "low", "high"]].to_dict("index")
+        parameters = {str(name): row | {"unit": self.units[str(name)]} for name, row in table.items()}
+        document: dict[str, Any] = {"law": self.law.to_dict(), "parameters": parameters, "notes": self.notes}
+        return document if self.motions is None else document | {"motions": self.motions.to_dict("records")}
+
     def to_toml(self) -> str:
         """The law file: the tables [law], [uncertainty] (standard errors by name), [covariance] and [source]."""
         source = {
@@ -150,11 +156,6 @@ class Identification(Result):
             "notes": self.notes,
         }
         return law_file(self.law, self.covariance, source, {name: self.units[name] for name in pointers(self.law)})
-
-    def save(self, path: str | Path) -> Path:
-        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
-        text = self.to_toml()
-        return write_text(path, text, ".toml")
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over slip velocity: the data of every record and the law along the same motion; returns the Axes."""

@@ -13,6 +13,12 @@ from stickslip.files.schema import Document, Limits, Point
 from stickslip.files.units import TEXTS
 
 
+def several(document: Document, name: str) -> None:
+    """Make a tuple of what stands alone under a name of a document."""
+    value = getattr(document, name)
+    object.__setattr__(document, name, value if isinstance(value, tuple) else (value,))
+
+
 @dataclass(frozen=True)
 class Harmonic(Document):
     """A harmonic force, amplitude · cos(frequency · t + phase); at the frequency 0 it is constant.
@@ -78,8 +84,7 @@ class Drive(Document):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if isinstance(self.harmonics, Harmonic):
-            object.__setattr__(self, "harmonics", (self.harmonics,))
+        several(self, "harmonics")
 
     @classmethod
     def shaken(cls, velocity: float, displacement: float, frequency: float) -> Self:
@@ -157,8 +162,7 @@ class NormalForce(Document):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if isinstance(self.harmonics, Harmonic):
-            object.__setattr__(self, "harmonics", (self.harmonics,))
+        several(self, "harmonics")
 
     def at(self, t: ArrayLike, x: ArrayLike = 0.0, v: ArrayLike = 0.0) -> Any:
         """n at times, positions and velocities."""

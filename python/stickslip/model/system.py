@@ -20,7 +20,7 @@ from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law
 from stickslip.laws.numbers import replaced
 from stickslip.laws.state_law import StateLaw
-from stickslip.model.drive import Drive, Harmonic, NormalForce
+from stickslip.model.drive import Drive, Harmonic, NormalForce, several
 
 Velocity = Annotated[float, Limits(dimensions=TEXTS["velocity"], extreme=True)]
 
@@ -130,7 +130,7 @@ class Oscillator(Described):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _several(self, "springs")
+        several(self, "springs")
         if isinstance(self.forcing, tuple):
             object.__setattr__(self, "forcing", self.forcing[0] if len(self.forcing) == 1 else self.forcing or None)
         try:
@@ -199,11 +199,6 @@ class Oscillator(Described):
         law = json.loads(self.law.to_json())
         forcing = [harmonic.to_dict() for harmonic in self.harmonics]
         return json.dumps(self.to_dict() | {"law": law, "forcing": forcing})
-
-
-def _several(document: Document, name: str) -> None:
-    value = getattr(document, name)
-    object.__setattr__(document, name, value if isinstance(value, tuple) else (value,))
 
 
 def _swings(forces: Sequence[Harmonic | Force], contacts: Sequence[Contact]) -> list[Harmonic | Force]:
@@ -392,8 +387,8 @@ class System(Described):
                 value = [value] * (1 if name == "mass" else len(self.mass))
             if isinstance(value, list):
                 object.__setattr__(self, name, tuple(tuple(row) for row in np.diag(value).tolist()))
-        _several(self, "contacts")
-        _several(self, "springs")
+        several(self, "contacts")
+        several(self, "springs")
         contacts = self.contacts
         sticking = [contact.law for contact in contacts if not isinstance(contact.law, StateLaw)]
         if 0 < len(sticking) < len(contacts):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, fits, number, time_limit, whole_number
+from stickslip.files.checks import did_you_mean, fits, fraction, number, time_limit, whole_number
 from stickslip.model.parameters import path_in
 from stickslip.model.system import Oscillator, System
 
@@ -77,8 +77,7 @@ def simulate_many(
         raise InputError("simulate_many: laws with an internal state are integrated one by one; run simulate in a loop")
     if not over:
         raise InputError("simulate_many: over is empty; name at least one parameter or start to vary")
-    if not 0 <= transient < 1:
-        raise InputError(f"simulate_many: transient must lie in [0, 1), got {transient}")
+    fraction("transient", transient, "simulate_many")
     if section is not None and section not in _core.KINDS:
         hint = did_you_mean(section, _core.KINDS)
         raise InputError(f"simulate_many: section must be one of {', '.join(_core.KINDS)}, got {section!r}{hint}")

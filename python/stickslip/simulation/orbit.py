@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.files.checks import fraction
 from stickslip.files.equality import alike
 from stickslip.files.netcdf import read_tree, write_netcdf
 from stickslip.files.notebook import InNotebook
@@ -244,8 +245,7 @@ class Orbit(InNotebook):
 
         Limits: a slow transient near a threshold needs a longer orbit; look at two lengths.
         """
-        if not 0 <= transient < 1:
-            raise InputError(f"regime: transient must lie in [0, 1), got {transient}")
+        fraction("transient", transient, "regime")
         if not self._contacts:
             raise InputError("regime: the system has no contact, whose stick and slip a regime is")
         if not 0 <= contact < self._contacts:

@@ -16,7 +16,7 @@ from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import sizes_of
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
-from stickslip.files.checks import number
+from stickslip.files.checks import fraction, number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
@@ -128,8 +128,7 @@ def lyapunov(
     >>> lyapunov(Oscillator(0.1, 0.2, StaticKinetic(1.0, 0.6)), 500.0).exponents.tolist()
     [0.0, -inf]
     """
-    if not 0 <= transient < 1:
-        raise InputError(f"lyapunov: transient must lie in [0, 1), got {transient}")
+    fraction("transient", transient, "lyapunov")
     end = number("t_end", t_end, "lyapunov")
     if isinstance(system, Oscillator | System) and system.integrated:
         return _of_states(system, end, x0, v0, transient * end, seed)

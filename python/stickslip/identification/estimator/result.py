@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from stickslip.files.disk import write_text
 from stickslip.files.equality import ByContent
 from stickslip.files.units import to_error
 
@@ -33,6 +35,19 @@ class Result(ByContent):
     def estimates(self) -> pd.DataFrame:
         """Value, error, low and high (95 %) by name."""
         raise NotImplementedError
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words."""
+        raise NotImplementedError
+
+    def to_toml(self) -> str:
+        """The file of the result: a law file where it is of a law."""
+        raise NotImplementedError
+
+    def save(self, path: str | Path) -> Path:
+        """Write that file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read a law file back."""
+        text = self.to_toml()
+        return write_text(path, text, ".toml")
 
     def plot(self, ax: Any = None) -> Any:
         """What was fitted and the fit; returns the Axes."""

@@ -78,9 +78,7 @@ class VelocityStepFit(OfSteps):
 
     def heading(self) -> list[str]:
         """The law and its misfit."""
-        return [
-            f"RateState, {self.law.law} law (rms: {', '.join(f'{name} {value:.3g}' for name, value in self.rms.items())})"
-        ]
+        return [f"RateState, {self.law.law} law (rms: {self.misfits()})"]
 
     def plot(self, ax: Any = None) -> Any:
         """Friction over displacement around the step, measured and fitted; returns the Axes."""

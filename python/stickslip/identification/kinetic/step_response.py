@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from stickslip.files.arrays import Array
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.records import tree_of
-from stickslip.laws.law import save_law
+from stickslip.laws.law import law_file
 from stickslip.laws.numbers import pointers, units_of
 from stickslip.laws.rate_state import RateState
 
@@ -157,6 +156,10 @@ class OfSteps(Result):
         """The parameters."""
         return self.parameters
 
+    def misfits(self) -> str:
+        """The misfit of each evolution law, in words."""
+        return ", ".join(f"{name} {value:.3g}" for name, value in self.rms.items())
+
     def tables(self) -> list[str]:
         """The parameters."""
         return [in_digits(self.parameters).to_string()]
@@ -170,8 +173,8 @@ class OfSteps(Result):
             "notes": self.notes,
         }
 
-    def save(self, path: str | Path) -> Path:
-        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
+    def to_toml(self) -> str:
+        """The law file: the tables [law], [uncertainty], [covariance] and [source]."""
         # what the law has not, the machine's stiffness, is in its source
         of_law = [name for name in self.covariance.index if name in pointers(self.law)]
         source = {
@@ -180,4 +183,4 @@ class OfSteps(Result):
             "rms": self.rms,
             "notes": self.notes,
         }
-        return save_law(path, self.law, self.covariance.loc[of_law, of_law], source, units_of(self.law, "1"))
+        return law_file(self.law, self.covariance.loc[of_law, of_law], source, units_of(self.law, "1"))

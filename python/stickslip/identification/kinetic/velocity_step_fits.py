@@ -107,8 +107,7 @@ class VelocityStepsFit(OfSteps):
 
     def heading(self) -> list[str]:
         """The law, its steps and its misfit."""
-        rms = ", ".join(f"{name} {value:.3g}" for name, value in self.rms.items())
-        return [f"RateState, {self.law.law} law, from {len(self.steps)} steps (rms: {rms})"]
+        return [f"RateState, {self.law.law} law, from {len(self.steps)} steps (rms: {self.misfits()})"]
 
     def tables(self) -> list[str]:
         """The parameters, and those of each load where there are several."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ import pandas as pd
 import tomli_w
 
 from stickslip.errors import InputError
-from stickslip.files.disk import write_text
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.estimator.uncertainty import own_error
 from stickslip.identification.records import read_records
@@ -152,10 +150,9 @@ class StaticFrictionFit(Result):
         forms = {name: {"formula": fit.formula, **fit.parameters.to_dict("index")} for name, fit in self.fits.items()}
         return {"chosen": self.chosen, "forms": forms, "break_aways": len(self.rows), "notes": self.notes}
 
-    def save(self, path: str | Path) -> Path:
-        """Write the fits as a TOML document."""
-        text = tomli_w.dumps({"static_friction": self.to_dict()})
-        return write_text(path, text, ".toml")
+    def to_toml(self) -> str:
+        """The fits as a TOML document."""
+        return tomli_w.dumps({"static_friction": self.to_dict()})
 
     def plot(self, ax: Any = None) -> Any:
         """Break-away force over stick time with the fits; returns the Axes."""

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.files.disk import write_text
 from stickslip.files.units import unit_of
 from stickslip.identification.estimator.result import Result, in_digits
 from stickslip.identification.steady.curves import BY_SENSE, DIMENSIONS, OF_MOTION, SteadyFit
@@ -226,11 +224,6 @@ class SteadyFriction(Result):
             "notes": self.notes,
         }
         return law_file(law, covariance, source, units_of(law, *self._units))
-
-    def save(self, path: str | Path) -> Path:
-        """Write the law file; :func:`stickslip.load_law` and :func:`stickslip.laws.load_covariance` read it back."""
-        text = self.to_toml()
-        return write_text(path, text, ".toml")
 
     def plot(self, ax: Any = None) -> Any:
         """The points, the chosen curve with its 95 % interval and those that are as good; returns the Axes.

@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number, whole_number
+from stickslip.files.checks import fraction, number, whole_number
 from stickslip.files.progress import waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import Inseparable
@@ -103,8 +103,7 @@ def fit_trajectories(
     Source: the criterion of identification of the paper's Section 6, agreement of phase trajectories; multiple shooting
     after Bock, in Modelling of Chemical Reaction Systems (1981) 102.
     """
-    if not 0 <= settled_after < 1:
-        raise InputError(f"fit_trajectories: settled_after must lie in [0, 1), got {settled_after}")
+    fraction("settled_after", settled_after, "fit_trajectories")
     whole_number("starts", starts, "fit_trajectories")
     if shooting not in ("auto", "records", "slips"):
         raise InputError(f"fit_trajectories: shooting must be auto, records or slips, got {shooting!r}")

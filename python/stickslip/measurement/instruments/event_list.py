@@ -9,7 +9,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.errors_of_means import straight_line
-from stickslip.measurement.instruments.instrument import Instrument, InstrumentRig, Samples
+from stickslip.measurement.instruments.instrument import Instrument, InstrumentRig, Samples, only
 from stickslip.measurement.result import event_table, friction_tree
 
 
@@ -19,9 +19,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     Nothing says how long a slip lasts, so the stick time is too long by that; the force rate is what was regained over
     the wait. The forces are taken as exact: a list states no errors.
     """
-    if len(records) != 1:
-        raise InputError(f"event_list: one record at a time was expected, got {len(records)}")
-    record = records[0]
+    record = only(records, "event_list")
     time, force = record.time, record["force"]
     if "drop" not in record and "force_after" not in record:
         raise InputError(

@@ -12,7 +12,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.measurement.instruments.errors_of_means import straight_line
-from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
+from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, only
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.signals.clocks.clock_offset import LEAST_SAMPLES as LEAST_PICTURES
 from stickslip.measurement.signals.clocks.clock_offset import spring_offset
@@ -40,9 +40,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     the break-away force is too low by up to rate * step, and its error says so. While the block sticks the spring's
     force is the friction force.
     """
-    if len(records) != 1:
-        raise InputError(f"force_log: one record at a time was expected, got {len(records)}")
-    record = records[0]
+    record = only(records, "force_log")
     time, force = record.time, record["force"]
     least = rig.number("least_drop")
     valleys, peaks = turning_points(force, least)

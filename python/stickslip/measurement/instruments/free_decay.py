@@ -7,7 +7,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
+from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, only
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline
 
@@ -26,9 +26,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     speed is at work a decay hardly tells, so three models are fitted: the value is that of the one that fits best with
     no negative coefficient, and the error covers the Coulomb torques of all of them.
     """
-    if len(records) != 1:
-        raise InputError(f"free_decay: one record at a time was expected, got {len(records)}")
-    record = records[0]
+    record = only(records, "free_decay")
     restoring = rig.maybe("restoring_torque")
     if restoring is None:
         mass, length = rig.maybe("mass"), rig.maybe("length")

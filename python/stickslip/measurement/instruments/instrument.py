@@ -160,6 +160,13 @@ def notes_of(records: Sequence[Samples]) -> list[str]:
     return [f"{Path(record.source).name}: {note}" for record in records for note in record.notes]
 
 
+def only(records: Sequence[Samples], instrument: str) -> Samples:
+    """The one record that an instrument measures at a time."""
+    if len(records) != 1:
+        raise InputError(f"{instrument}: one record at a time was expected, got {len(records)}")
+    return records[0]
+
+
 def same_samples(one: Samples, other: Samples) -> bool:
     """Whether two records hold the same samples."""
     return one.channels.keys() == other.channels.keys() and all(

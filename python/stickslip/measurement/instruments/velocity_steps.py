@@ -13,7 +13,7 @@ from scipy.ndimage import median_filter
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.measurement.instruments.errors_of_means import block_error
-from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples
+from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, only
 from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.signals.noise import noise_level
 
@@ -69,9 +69,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
 
     Sources: Douglas & Peucker, Cartographica 10 (1973) 112; Dieterich, J. Geophys. Res. 84 (1979) 2161.
     """
-    if len(records) != 1:
-        raise InputError(f"velocity_steps: one record at a time was expected, got {len(records)}")
-    record = records[0]
+    record = only(records, "velocity_steps")
     time, x, friction = record.time, record["displacement"], record["force"]
     unit = record.units["force"]
     notes = list(record.notes)
