@@ -66,16 +66,20 @@ pub struct LaneMotion<'a> {
     pub max_events: u64,
     /// Events so far.
     pub events: u64,
+    /// The speed of the motion where its run began.
+    pub began: f64,
 }
 
 impl<'a> LaneMotion<'a> {
     /// From the start of a run, or from a hybrid state with the x and v of the run, to its end.
     #[must_use]
     pub fn new(oscillator: &'a Oscillator, run: Run, hybrid: Option<HybridState>) -> Self {
+        let v = run.v0.unwrap_or(oscillator.drive_velocity);
+        let natural = (oscillator.stiffness / oscillator.mass).sqrt();
         Self {
             oscillator,
             x: run.x0,
-            v: run.v0.unwrap_or(oscillator.drive_velocity),
+            v,
             hybrid: hybrid.unwrap_or_else(|| {
                 if oscillator.law.smooth() {
                     network::first_hybrid_state(oscillator, run.x0, run.v0)
@@ -86,6 +90,7 @@ impl<'a> LaneMotion<'a> {
             t_end: run.t_end,
             max_events: run.max_events,
             events: 0,
+            began: (oscillator.drive_velocity.abs().max(v.abs())).max(natural * run.x0.abs()),
         }
     }
 }

@@ -58,7 +58,10 @@ impl<'a> Steps<'a> {
             t_end,
             max_events: self.run.max_events - self.ahead,
         };
-        LaneMotion::new(oscillator, run, Some(hybrid))
+        LaneMotion {
+            began: self.state.began(),
+            ..LaneMotion::new(oscillator, run, Some(hybrid))
+        }
     }
 
     /// Take over from where it went there, if it went at all: the start is known better here.

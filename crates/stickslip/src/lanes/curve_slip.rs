@@ -54,7 +54,7 @@ const CURVATURES: [f64; CURVE_ORDER] = {
     table
 };
 /// A motion this much faster than at its start may run away, which the engine of single motions tells.
-const RUNAWAY_RATIO: f64 = 1e6;
+pub(super) const RUNAWAY_RATIO: f64 = 1e6;
 
 /// r^(1/27) from square roots, from below for r < 1: all that is asked of it is the length of a step.
 #[inline(always)]

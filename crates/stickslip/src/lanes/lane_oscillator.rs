@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use stickslip_lanes::{Lane, Mask};
 
 use super::curve::{CurveNumbers, Form};
+use super::curve_slip::RUNAWAY_RATIO;
 use super::elementary::add;
 use super::eligible::{Eligible, line_goes};
 use crate::clock::Clock;
@@ -282,6 +283,12 @@ impl LaneOscillator {
         })
     }
 
+    /// Whether a motion along its curve may run away.
+    pub(super) fn may_run_away(&self, state: &State<f64>) -> bool {
+        let natural = self.constants.natural_squared.sqrt();
+        self.curve.is_some() && natural * state.x.abs() > RUNAWAY_RATIO * state.began
+    }
+
     /// The fastest rate of motion along its curve, if it has one.
     pub(super) fn rate(&self) -> f64 {
         self.curve.as_ref().map_or(1.0, |(_, numbers)| numbers.rate)
@@ -341,7 +348,7 @@ impl LaneOscillator {
             end_periods,
             end_t,
             most: most as f64,
-            began: (self.constants.drive.max(v.abs())).max(self.constants.natural_squared.sqrt() * x.abs()),
+            began: 0.0,
         }
     }
 

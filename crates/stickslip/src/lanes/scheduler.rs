@@ -61,12 +61,11 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
                 && motion.v.is_finite()
             {
                 self.tally.lanes += 1;
-                let state = oscillator.state(
-                    (motion.x, motion.v),
-                    &motion.hybrid,
-                    motion.t_end,
-                    motion.max_events,
-                );
+                let (at, most) = ((motion.x, motion.v), motion.max_events);
+                let state = State {
+                    began: motion.began,
+                    ..oscillator.state(at, &motion.hybrid, motion.t_end, most)
+                };
                 return Some((self.next - 1, oscillator, state));
             }
             self.tally.others += 1;
@@ -241,9 +240,12 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
             let Some((index, oscillator)) = &occupants[i] else {
                 continue;
             };
-            let after = match self.on_step {
-                Some(_) => None,
-                None => self.by_single_engine(*index, oscillator, &state.take(i)),
+            let here = state.take(i);
+            // A motion that is shown leaves the lanes here, and so does one that may run away, which is told by its whole run.
+            let after = if self.on_step.is_some() || oscillator.may_run_away(&here) {
+                None
+            } else {
+                self.by_single_engine(*index, oscillator, &here)
             };
             match after {
                 Some(after) => state.put(i, &after),
