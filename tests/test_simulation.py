@@ -256,3 +256,10 @@ def test_the_table_of_events_is_the_same_frame_however_pandas_makes_it(monkeypat
     monkeypatch.delattr(pd.api, "internals", raising=False)
     pd.testing.assert_frame_equal(fast, table())
     assert [str(fast.dtypes[name]) for name in ("t", "kind", "contact")] == ["float64", "category", "int64"]
+
+
+def test_an_oscillator_says_its_masses_and_contacts_as_its_system_does():
+    alone = ss.paper.oscillator(0.3)
+    system = alone.to_system()
+    assert (alone.masses, alone.contacts) == (system.masses, system.contacts)
+    assert system.to_system() is system
