@@ -413,7 +413,7 @@ def test_a_motion_that_does_not_repeat_has_its_exponent(opened):
     opened.run("explorer.open('#forced')")
     assert "does not repeat" in facts(opened)
     value, error = re.search(
-        r"does not repeat: chaotic .* Lyapunov exponent (0[.]\d+) ± (0[.]\d+)\)", settled(opened)
+        r"does not repeat: chaotic \(.*Lyapunov exponent (0[.]\d+) ± (0[.]\d+)\)", settled(opened)
     ).groups()
     assert float(value) == pytest.approx(0.0683, abs=3 * float(error))
     # A motion that repeats has none, and none is computed.
