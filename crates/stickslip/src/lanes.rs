@@ -36,7 +36,8 @@ pub(crate) use single_lane::SingleLane;
 pub use stickslip_lanes::Width;
 use stickslip_lanes::{Lane, Single, run};
 
-use crate::engine::steps::PassedStep;
+use crate::clock::Clock;
+use crate::engine::steps::{PassedStep, Track};
 use crate::hybrid_state::HybridState;
 use crate::law::Friction;
 use crate::model::Running;
@@ -132,8 +133,9 @@ impl AddAssign for Tally {
 /// Whoever is told of the events, each with the number of its motion and the mode that follows.
 pub type OnEvent<'a> = &'a mut dyn FnMut(usize, &Event, &Segment);
 
-/// Whoever is shown the steps along curves, each with the number of its motion.
-pub(crate) type OnStep<'a> = &'a mut dyn FnMut(usize, PassedStep);
+/// Whoever is shown the steps along curves: the number of the motion, when a step starts, what the motion is along it, and how long
+/// it takes.
+type OnStep<'a> = &'a mut dyn FnMut(usize, Clock, Track, f64);
 
 /// So many events of a run are kept until it is looked at.
 const MOST_EVENTS_KEPT: u64 = 1024;
@@ -267,7 +269,14 @@ pub(crate) fn forward_seen_along_curves(runs: &mut [(Running, f64)], go_on: &mut
         motion.max_events = motion.max_events.min(MOST_CURVED_EVENTS_KEPT);
     }
     let passed = RefCell::new(vec![Vec::new(); motions.len()]);
-    let on_step: OnStep = &mut |index, step| passed.borrow_mut()[index].push(step);
+    let on_step: OnStep = &mut |index, clock, track, lasts| {
+        passed.borrow_mut()[index].push(PassedStep {
+            clock,
+            track,
+            lasts,
+            event: None,
+        });
+    };
     let on_event: OnEvent = &mut |index, event, _| {
         if let Some(step) = passed.borrow_mut()[index].last_mut() {
             step.event = Some(*event);

@@ -122,6 +122,20 @@ pub(crate) struct Track {
 }
 
 impl Track {
+    /// Of a mass that sticks on a drive.
+    pub(crate) fn of_stick(x: f64, drive: f64, rate: f64) -> Self {
+        let mut track = Self {
+            x: ZERO,
+            v: ZERO,
+            u: ZERO,
+            direction: 0.0,
+            rounding: SPEED_ROUNDING * drive,
+            rate,
+        };
+        (track.x[0], track.x[1], track.v[0]) = (x, drive, drive);
+        track
+    }
+
     pub(crate) fn point(&self, clock: Clock, tau: f64) -> Point {
         Point {
             t: clock.after(tau).high,
@@ -187,22 +201,6 @@ impl Track {
             }
         };
         cut.march(span, to, watched, &guard, &|t| self.point(clock, t), found);
-    }
-}
-
-impl Track {
-    /// Of a mass that sticks on a drive.
-    pub(crate) fn of_stick(x: f64, drive: f64, rate: f64) -> Self {
-        let mut track = Self {
-            x: ZERO,
-            v: ZERO,
-            u: ZERO,
-            direction: 0.0,
-            rounding: SPEED_ROUNDING * drive,
-            rate,
-        };
-        (track.x[0], track.x[1], track.v[0]) = (x, drive, drive);
-        track
     }
 }
 

@@ -11,7 +11,7 @@ use super::lane_oscillator::{Constants, LaneOscillator, State};
 use super::mode_end::{Kind, Outcome, SlipPath, arrive, break_away};
 use super::{LaneMotion, OnEvent, OnStep, Tally};
 use crate::clock::Clock;
-use crate::engine::steps::{PassedStep, Track};
+use crate::engine::steps::Track;
 use crate::network;
 use crate::orbit::{Event, Record, Segment};
 use crate::simulate::next_event;
@@ -201,15 +201,7 @@ impl<K: Kind> Task for Scheduler<'_, '_, '_, K> {
                     |i: usize, (periods, t), track, lasts| {
                         if let Some((index, oscillator)) = &occupants[i] {
                             let clock = oscillator.clock(periods, t);
-                            on_step(
-                                *index,
-                                PassedStep {
-                                    clock,
-                                    track,
-                                    lasts,
-                                    event: None,
-                                },
-                            );
+                            on_step(*index, clock, track, lasts);
                         }
                     }
                 });
@@ -271,15 +263,7 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
             if let Some((index, oscillator)) = &occupants[i] {
                 let clock = oscillator.clock(before.periods.get(i), before.t.get(i));
                 let track = Track::of_stick(before.x.get(i), c.drive.get(i), oscillator.rate());
-                on_step(
-                    *index,
-                    PassedStep {
-                        clock,
-                        track,
-                        lasts: outcome.event[1].get(i),
-                        event: None,
-                    },
-                );
+                on_step(*index, clock, track, outcome.event[1].get(i));
             }
         }
     }
