@@ -55,7 +55,9 @@ pub(crate) fn without<'py>(
 
 /// That columns are as long as their stretches together.
 fn alike<'a>(lengths: &[usize], columns: impl IntoIterator<Item = &'a [f64]>) -> PyResult<()> {
-    let samples: usize = lengths.iter().sum();
+    let samples = lengths
+        .iter()
+        .fold(0, |sum: usize, &length| sum.saturating_add(length));
     match columns.into_iter().find(|column| column.len() != samples) {
         Some(column) => Err(PyValueError::new_err(format!(
             "expected columns of {samples} samples, as long as their stretches, got {}",

@@ -154,8 +154,14 @@ impl Orbit {
         surface: &str,
     ) -> PyResult<Bound<'py, PyDict>> {
         match &self.0 {
-            Kept::Closed(orbit) => steady_of(py, &mut Replay::new(orbit), look, period, surface),
-            Kept::Steps(orbit) => steady_of(py, &mut ReplaySteps::new(orbit), look, period, surface),
+            Kept::Closed(orbit) => steady_of(py, (&mut Replay::new(orbit), 1), look, period, surface),
+            Kept::Steps(orbit) => steady_of(
+                py,
+                (&mut ReplaySteps::new(orbit), orbit.system.contacts.len()),
+                look,
+                period,
+                surface,
+            ),
         }
     }
 

@@ -45,7 +45,7 @@ impl Samples {
         period: f64,
         surface: &str,
     ) -> PyResult<Bound<'py, PyDict>> {
-        steady_of(py, &mut self.engine(), look, period, surface)
+        steady_of(py, (&mut self.engine(), 1), look, period, surface)
     }
 
     /// The points of a section from a time on.

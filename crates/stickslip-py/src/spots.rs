@@ -16,6 +16,7 @@ mod texture;
 
 use numpy::ndarray::ArrayView2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use blur::blur;
@@ -24,6 +25,9 @@ use centre::centre;
 pub(crate) use levels::spot_levels;
 pub(crate) use near::ALIKE_DIAMETERS;
 use near::{Like, nearest};
+
+/// No outline is looked for in a picture that is blurred by as many px.
+const MOST_SIGMA: f64 = 1000.0;
 
 type Picture<'a> = ArrayView2<'a, u8>;
 
@@ -51,9 +55,14 @@ pub(crate) fn blurred<'py>(
     py: Python<'py>,
     picture: PyReadonlyArray2<'py, u8>,
     sigma: f64,
-) -> Bound<'py, PyArray2<u8>> {
+) -> PyResult<Bound<'py, PyArray2<u8>>> {
+    if !(sigma > 0.0 && sigma < MOST_SIGMA) {
+        return Err(PyValueError::new_err(format!(
+            "expected a sigma in px above 0 and below {MOST_SIGMA}, got {sigma}"
+        )));
+    }
     let picture = picture.as_array();
-    py.detach(|| blur(picture, sigma)).into_pyarray(py)
+    Ok(py.detach(|| blur(picture, sigma)).into_pyarray(py))
 }
 
 /// The centre of a part of a picture whose outline was found in `work`; see `find_blobs`.

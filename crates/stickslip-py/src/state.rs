@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stickslip::state_law::{self, StateFriction, StateLaw};
 use stickslip::state_system::{Motion, StateSystem};
@@ -10,6 +11,17 @@ use stickslip::system::System;
 
 use crate::watch::watched;
 use crate::{Array, read, refused};
+
+/// Numbers that should be so many.
+fn so_many<'a>(numbers: &'a PyReadonlyArray1<'_, f64>, count: usize) -> PyResult<&'a [f64]> {
+    let numbers = numbers.as_slice()?;
+    if numbers.len() == count {
+        Ok(numbers)
+    } else {
+        let message = format!("expected {count} numbers, got {}", numbers.len());
+        Err(PyValueError::new_err(message))
+    }
+}
 
 /// A law with an internal state, read once.
 #[pyclass(frozen, name = "StateLaw", module = "stickslip._core")]
@@ -95,7 +107,16 @@ impl Masses {
         x: PyReadonlyArray1<'py, f64>,
         v: Option<Vec<f64>>,
     ) -> PyResult<(Array<'py, f64>, Array<'py, f64>)> {
-        let (y, w) = self.0.start(x.as_slice()?, v);
+        let masses = self.0.masses();
+        if let Some(v) = &v
+            && v.len() != masses
+        {
+            return Err(PyValueError::new_err(format!(
+                "expected {masses} velocities, got {}",
+                v.len()
+            )));
+        }
+        let (y, w) = self.0.start(so_many(&x, masses)?, v);
         Ok((y.into_pyarray(py), w.into_pyarray(py)))
     }
 
@@ -106,7 +127,7 @@ impl Masses {
         t: f64,
         y: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Array<'py, f64>> {
-        Ok(self.0.rates(t, y.as_slice()?).into_pyarray(py))
+        Ok(self.0.rates(t, so_many(&y, self.0.width())?).into_pyarray(py))
     }
 
     /// The same at many times, row after row.
@@ -116,8 +137,9 @@ impl Masses {
         t: PyReadonlyArray1<'py, f64>,
         y: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Array<'py, f64>> {
-        let rows = y.as_slice()?.chunks_exact(self.0.width());
-        let pairs = t.as_slice()?.iter().zip(rows);
+        let (t, width) = (t.as_slice()?, self.0.width());
+        let rows = so_many(&y, t.len() * width)?.chunks_exact(width);
+        let pairs = t.iter().zip(rows);
         let slopes: Vec<f64> = pairs.flat_map(|(&t, y)| self.0.rates(t, y)).collect();
         Ok(slopes.into_pyarray(py))
     }
@@ -130,7 +152,10 @@ impl Masses {
 
     /// The variables at t = 0 with velocities that balance the forces where there is no mass; else as they are.
     fn balanced<'py>(&self, py: Python<'py>, y: PyReadonlyArray1<'py, f64>) -> PyResult<Array<'py, f64>> {
-        Ok(self.0.balanced(y.as_slice()?.to_vec()).into_pyarray(py))
+        Ok(self
+            .0
+            .balanced(so_many(&y, self.0.width())?.to_vec())
+            .into_pyarray(py))
     }
 
     /// 2π over the highest natural frequency, without mass over the rate of the fastest state.
@@ -147,7 +172,7 @@ impl Masses {
 
     /// The variables of the integration, what counts as small in each, and which part of each does besides.
     fn regular<'py>(&self, py: Python<'py>, y: PyReadonlyArray1<'py, f64>) -> PyResult<[Array<'py, f64>; 3]> {
-        let y = y.as_slice()?;
+        let y = so_many(&y, self.0.width())?;
         let (scales, shares) = self.0.regular_scales(y);
         Ok([self.0.regular(y.to_vec()), scales, shares].map(|values| values.into_pyarray(py)))
     }
@@ -162,7 +187,7 @@ impl Masses {
     ) -> PyResult<Array<'py, f64>> {
         Ok(self
             .0
-            .regular_rates(t, regular.as_slice()?, least)
+            .regular_rates(t, so_many(&regular, self.0.width())?, least)
             .into_pyarray(py))
     }
 
@@ -184,9 +209,10 @@ impl Masses {
         t: PyReadonlyArray1<'py, f64>,
         y: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<[Array<'py, f64>; 5]> {
-        let rows = y.as_slice()?.chunks_exact(self.0.width());
+        let (t, width) = (t.as_slice()?, self.0.width());
+        let rows = so_many(&y, t.len() * width)?.chunks_exact(width);
         let mut columns: [Vec<f64>; 5] = Default::default();
-        for (&t, y) in t.as_slice()?.iter().zip(rows) {
+        for (&t, y) in t.iter().zip(rows) {
             let Motion {
                 v,
                 a,

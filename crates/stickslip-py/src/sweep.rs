@@ -1,6 +1,7 @@
 //! Sweeps: rows of parameters in, a table out.
 
 use numpy::PyReadonlyArray1;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip::engine::Engine;
@@ -80,12 +81,18 @@ pub(crate) fn sweep<'py>(
 /// What is steady in a motion that is there already, as a table of one row.
 pub(crate) fn steady_of<'py>(
     py: Python<'py>,
-    engine: &mut (impl Engine + Send),
+    (engine, contacts): (&mut (impl Engine + Send), usize),
     look: &str,
     period: f64,
     surface: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (look, surface): (Look, Surface) = (read(look)?, read(surface)?);
+    if look.contact >= contacts {
+        return Err(PyValueError::new_err(format!(
+            "contact must be less than {contacts}, got {}",
+            look.contact
+        )));
+    }
     let row = watched(py, None, |go_on| steady(engine, period, &surface, &look, go_on))?;
     let masses = row.end.as_ref().map_or(1, |end| end.x.len());
     table(py, &[row], look.points, masses)

@@ -1,6 +1,7 @@
 //! Tables at the border: columns by name, each of its own type, a row for each run.
 
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -11,7 +12,11 @@ pub(crate) fn rows<R: IntoIterator<Item = f64>>(
     rows: impl ExactSizeIterator<Item = R>,
 ) -> PyResult<Bound<'_, PyArray2<f64>>> {
     let shape = [rows.len(), width];
-    let mut numbers = Vec::with_capacity(shape[0] * width);
+    let mut numbers = Vec::new();
+    let size = shape[0].saturating_mul(width);
+    numbers
+        .try_reserve_exact(size)
+        .map_err(|_| PyMemoryError::new_err(format!("no memory for {} rows of {width} numbers", shape[0])))?;
     for (index, row) in rows.enumerate() {
         numbers.extend(row);
         numbers.resize((index + 1) * width, f64::NAN);

@@ -28,6 +28,11 @@ pub trait Engine {
     fn events(&self) -> u64;
     /// The state that was reached.
     fn end(&self) -> &Reached;
+    /// Whether it can go on for longer, and a stick of a contact then meets its limit in the end: the drive moves on and the
+    /// masses are held.
+    fn must_break(&self, _contact: usize) -> bool {
+        false
+    }
 }
 
 /// The state at the end of a run.

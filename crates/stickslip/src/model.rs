@@ -289,6 +289,10 @@ impl Engine for Running<'_> {
     fn end(&self) -> &Reached {
         either!(self, engine => engine.end())
     }
+
+    fn must_break(&self, contact: usize) -> bool {
+        either!(self, engine => engine.must_break(contact))
+    }
 }
 
 /// The first frequency of what varies at all.

@@ -293,7 +293,7 @@ impl<'a> Loop<'a> {
         after: f64,
         observer: &mut O,
     ) -> Stop {
-        let (mut asked, mut began) = (None, self.began.take());
+        let mut asked = None;
         let (mut mark, mut counted) = (self.clock, 0);
         let (mut stage, mut stepped) = (self.clock, 0);
         let mut standing = 0;
@@ -317,7 +317,7 @@ impl<'a> Loop<'a> {
                 self.steps.clear();
             }
             // The series of a motion that grows leaves the numbers before the motion does.
-            let growth = self.scale / *began.get_or_insert(self.scale);
+            let growth = self.scale / *self.began.get_or_insert(self.scale);
             if growth > RUNAWAY_SPEED_RATIO {
                 self.record_step();
                 return Stop::Diverged;

@@ -588,3 +588,60 @@ fn looks_along_curves_are_those_of_single_rows() {
     // Motions that come near to rest turn by rounding.
     assert!(others * 100 <= total, "{others} of {total}");
 }
+
+/// A slip that lanes hand over and that runs away has no more events than alone: growth counts from where the run began.
+#[test]
+fn a_slip_that_runs_away_ends_where_it_does_alone() {
+    let document = json!({
+        "mass": 2.862_969_942_597_391, "stiffness": 1.576_691_358_529_423_4, "damping": 0.0,
+        "drive_velocity": 0.061_206_857_548_647_756, "forcing": [],
+        "law": {"type": "ExponentialStribeck", "break_away": 1.076_463_536_797_788_6, "kinetic": 0.154_581_199_709_693_94,
+            "scale": 0.379_876_420_963_847_4, "viscous": -4.036_782_392_602_096, "exponent": 2.0},
+    });
+    let batch = Batch {
+        rows: Rows {
+            document: document.clone(),
+            names: vec!["x0".into()],
+            values: vec![0.0],
+        },
+        t_end: 200.0,
+        max_events: 5000,
+        after: 0.0,
+        section: None,
+        keep: 0,
+    };
+    let row = &batch.rows(0..1, &|| true).unwrap()[0];
+    let oscillator: Oscillator = serde_json::from_value(document).unwrap();
+    let alone = network::simulate(&(&oscillator).into(), network::Run::driven(200.0)).unwrap();
+    assert_eq!(
+        (row.stop, row.counts.iter().sum::<u64>()),
+        (alone.stop, alone.events.len() as u64)
+    );
+}
+
+/// A look that may end early is the same in a row and among others.
+#[test]
+fn early_looks_are_the_same_among_others() {
+    let sweep = Sweep {
+        rows: Rows {
+            document: json!({
+                "mass": 1.25, "stiffness": 503.1, "damping": 0.14, "drive_velocity": 0.56, "forcing": [],
+                "law": {"type": "StaticKinetic", "break_away": 1.0, "kinetic": 0.6},
+            }),
+            names: vec!["x0".into()],
+            values: vec![-2.06, 0.0],
+        },
+        look: Look {
+            early: 10.0,
+            ..Look::new(20.0, 5.0)
+        },
+    };
+    let rows = sweep.rows(0..2, &Start::default(), &mut || true).unwrap();
+    for (index, row) in rows.iter().enumerate() {
+        let alone = sweep.row(index, &Start::default(), &mut || true).unwrap();
+        assert_eq!(
+            (row.regime, row.events, row.stop),
+            (alone.regime, alone.events, alone.stop)
+        );
+    }
+}

@@ -3,7 +3,9 @@
 mod support;
 
 use stickslip::harmonic::Harmonic;
-use stickslip::law::{BogaczRyczek, Coulomb, ExponentialStribeck, Law, PiecewiseLinear, StaticKinetic};
+use stickslip::law::{
+    BogaczRyczek, Coulomb, ExponentialStribeck, Friction, Law, PiecewiseLinear, StaticKinetic,
+};
 use stickslip::mode::Kind;
 use stickslip::model::{Model, Start};
 use stickslip::orbit::Orbit;
@@ -190,5 +192,68 @@ fn a_search_without_an_event_can_be_ended() {
         assert!(last > 0.0 && last < 1e9, "{last}");
         let whole = simulate(&system, Run { t_end: last, ..run }).unwrap();
         assert_eq!(orbit.states(&[0.9 * last]), whole.states(&[0.9 * last]));
+    }
+}
+
+/// A forced motion that runs away along a falling line is told so at once, however long it was to run.
+#[test]
+fn a_forced_motion_that_runs_away_along_a_line_is_told_so() {
+    let law = PiecewiseLinear::new(vec![[0.0, 1.0], [0.3, 0.0]], 1.0);
+    let oscillator = forced(law, 0.0, 0.3, 0.5, 0.8);
+    for t_end in [200.0, 236.0, 3000.0, 1e5] {
+        let mut asked = 0;
+        let orbit = simulate_while(
+            &oscillator,
+            Run {
+                x0: 1.0,
+                ..Run::stuck(t_end)
+            },
+            || {
+                asked += 1;
+                asked < 100
+            },
+        )
+        .unwrap();
+        assert_eq!(orbit.stop, Stop::Diverged, "{t_end}");
+        assert!(orbit.work.evaluations < 10_000, "{:?}", orbit.work);
+    }
+}
+
+/// A stick on a drive that moves on is no rest, however slow the drive: it breaks where k s t = f_s.
+#[test]
+fn slow_stick_slip_is_no_rest() {
+    let line: Law = StaticKinetic::new(1.0, 0.5).into();
+    let smooth: Law = ExponentialStribeck::new(1.0, 0.5, 0.1, 0.1, 1.0).into();
+    for (law, drives) in [(&line, &[1e-5, 1e-4, 1e-3, 3e-3][..]), (&smooth, &[1e-3, 3e-3])] {
+        for &drive in drives {
+            let oscillator = Oscillator::new(0.05, drive, law.clone());
+            let model = if law.smooth() {
+                Model::Steps(System::from(&oscillator))
+            } else {
+                Model::Closed(oscillator)
+            };
+            let look = Look::new(300.0, 32.0);
+            let mut engine = model.run(&Start::default(), look.max_events).unwrap();
+            let surface = Surface::usual(&model);
+            let row = steady(&mut engine, model.period(), &surface, &look, &mut || true).unwrap();
+            assert_eq!(
+                (row.stop, row.regime, row.period),
+                (Stop::End, Regime::StickSlip, 1),
+                "{drive}"
+            );
+            // Undamped slip would take 2 (f_s − f_k) of the force; the stick builds it up again.
+            let slow = row.period_time * drive;
+            assert!(slow > 0.8 && slow < 1.2, "{slow}");
+        }
+    }
+    // What is driven to and fro, or not at all, may rest; heavy damping slips steadily once it slips.
+    let still = Model::Closed(Oscillator::new(0.05, 0.0, line.clone()));
+    let heavy = Model::Closed(Oscillator::new(100.0, 1e-4, line));
+    for (model, regime) in [(still, Regime::AtRest), (heavy, Regime::StableSlip)] {
+        let look = Look::new(300.0, 32.0);
+        let mut engine = model.run(&Start::default(), look.max_events).unwrap();
+        let surface = Surface::usual(&model);
+        let row = steady(&mut engine, model.period(), &surface, &look, &mut || true).unwrap();
+        assert_eq!((row.stop, row.regime), (Stop::End, regime));
     }
 }

@@ -49,6 +49,9 @@ pub(super) fn centre(
         above..(top + height + ring).min(high),
         first..(left + width + ring).min(wide)
     ];
+    if picture.dim() != work.dim() || above >= high || first >= wide {
+        return None;
+    }
     let window = picture.slice(at);
     let (labels, found) = parts(work.slice(at), cut);
     let mut counts = vec![0_u32; found.len() + 1];

@@ -123,6 +123,10 @@ impl Engine for Closed<'_> {
     fn end(&self) -> &Reached {
         &self.end
     }
+
+    fn must_break(&self, _contact: usize) -> bool {
+        self.oscillator.drive_velocity != 0.0
+    }
 }
 
 /// An orbit that is there already, shown again; it is gone along once.

@@ -13,7 +13,7 @@ use crate::oscillator::Oscillator;
 use crate::series::{ORDER, Series, ZERO, at, curvature_bound, derivative, free_time, slope_at};
 use crate::simulate::{self, Stop};
 use crate::surface::{Cut, Guard, Point};
-use crate::system::System;
+use crate::system::{Contact, System};
 use crate::watch::Watched;
 
 /// Any number of masses, drives that vary, smooth laws.
@@ -103,6 +103,19 @@ impl Engine for Steps<'_> {
 
     fn end(&self) -> &Reached {
         &self.end
+    }
+
+    fn must_break(&self, contact: usize) -> bool {
+        let Contact {
+            other,
+            drive_velocity,
+            ..
+        } = &self.system.contacts[contact];
+        let mut rows = self.system.stiffness.iter();
+        other.is_none()
+            && drive_velocity.velocity != 0.0
+            && drive_velocity.nodes.is_empty()
+            && rows.any(|row| row.iter().sum::<f64>() > 0.0)
     }
 }
 

@@ -76,7 +76,13 @@ impl Sweep {
                 .zip(block.clone())
                 .map(|((model, start), index)| {
                     let run = model.run(start, self.look.max_events);
-                    let transient = self.look.transient * model.period();
+                    // What is looked at early begins sooner.
+                    let unseen = if self.look.early > 0.0 {
+                        0.5 * self.look.early
+                    } else {
+                        self.look.transient
+                    };
+                    let transient = unseen * model.period();
                     Ok((run.map_err(|error| self.rows.error(index, &error))?, transient))
                 })
                 .collect::<Result<_, Error>>()?;

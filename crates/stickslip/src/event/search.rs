@@ -9,6 +9,7 @@ use super::Start;
 use crate::flow::enclosure::{Span, reach};
 use crate::law::End;
 use crate::series::INVERSE;
+use crate::simulate::lost;
 use crate::watch::Watched;
 
 /// As a part of the distance between samples, how near a sample must be to a root for its Taylor polynomial to give it to rounding.
@@ -485,7 +486,8 @@ impl<const H: usize, M: Motion<H>> Search<'_, '_, M, H> {
                 }
                 right
             };
-            if !right.d[0].is_finite() {
+            // Far out its bounds leave the numbers before it does, and no search among them would end.
+            if lost(&right.d[..2]).is_some() {
                 // The motion leaves the numbers, and met no end while it was within them.
                 return None;
             }

@@ -22,6 +22,8 @@ use crate::oscillator::Oscillator;
 
 /// Numbers beyond these, or below one over them, are left to the engine of single motions: sixth powers must not leave the numbers.
 const MODERATE: f64 = 1e20;
+/// A phase beyond this keeps no digit of its whole turns.
+const MOST_PHASE: f64 = 1e15;
 /// An exponent of the free part beyond this many natural ones is left to that engine too.
 const STEEPEST_EXPONENT: f64 = 8.0;
 /// So are two exponents that are nearer to each other than this part of a natural one.
@@ -81,7 +83,12 @@ impl Eligible {
         let constant = !(law.feels_force_rate() && forced.is_some());
         let alike = std::ptr::eq(law, law.toward(-1.0));
         let curve = law.curve().filter(|_| CURVES_GO);
-        if !alike || law.smooth() != curve.is_some() || !constant || law.branches(0.0).is_some() {
+        if oscillator.resonates()
+            || !alike
+            || law.smooth() != curve.is_some()
+            || !constant
+            || law.branches(0.0).is_some()
+        {
             return None;
         }
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
@@ -107,6 +114,7 @@ impl Eligible {
         let moderate = |x: f64| (1.0 / MODERATE..MODERATE).contains(&x.abs());
         let usual = [m, k, s, natural, frequency].into_iter().all(moderate)
             && (1e-6..1e6).contains(&(frequency / natural))
+            && harmonic.phase.abs() < MOST_PHASE
             && [amplitude, static_limit]
                 .into_iter()
                 .chain(pieces.iter().map(|piece| piece.offset))

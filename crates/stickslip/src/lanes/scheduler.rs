@@ -14,7 +14,7 @@ use crate::clock::Clock;
 use crate::engine::steps::Track;
 use crate::network;
 use crate::orbit::{Event, Record, Segment};
-use crate::simulate::next_event;
+use crate::simulate::{lost, next_event};
 
 /// Motions that wait for a lane.
 pub(super) struct Scheduler<'a, 'b, 'c, K> {
@@ -57,8 +57,7 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
                 continue;
             }
             if let Some(oscillator) = LaneOscillator::of(motion.oscillator)
-                && motion.x.is_finite()
-                && motion.v.is_finite()
+                && lost(&[motion.x, motion.v]).is_none()
             {
                 self.tally.lanes += 1;
                 let (at, most) = ((motion.x, motion.v), motion.max_events);
@@ -104,7 +103,13 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
             go_on: self.go_on,
         };
         let next = if oscillator.curve.is_some() {
-            network::next_event(motion.oscillator, (x, v), &hybrid, motion.t_end, &mut keeper)
+            network::next_event(
+                motion.oscillator,
+                (x, v),
+                &hybrid,
+                (motion.t_end, state.began),
+                &mut keeper,
+            )
         } else {
             next_event(motion.oscillator, (x, v), hybrid, motion.t_end, &mut keeper)
         };

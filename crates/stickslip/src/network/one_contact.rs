@@ -31,11 +31,13 @@ pub(crate) fn next_event(
     oscillator: &Oscillator,
     at: (f64, f64),
     hybrid: &HybridState,
-    t_end: f64,
+    (t_end, began): (f64, f64),
     record: &mut impl Record,
 ) -> Option<(f64, f64, HybridState)> {
     let system = System::from(oscillator);
     let mut state = Loop::resumed(&system, at, hybrid);
+    // Whether it runs away is told by its whole run.
+    state.began = Some(began);
     let run = Run {
         max_events: 1,
         ..Run::driven(t_end)

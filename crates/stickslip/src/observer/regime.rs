@@ -26,6 +26,9 @@ named! {
 /// A slip velocity that varies by no more than this part of its largest size is constant.
 pub const STEADY: f64 = 2e-3;
 
+/// One that is beyond zero by no more than this part of its largest size touches it.
+const ROUNDING: f64 = 1e-12;
+
 impl Regime {
     /// Whether the slip velocity is constant, or the contact sticks.
     pub fn rests(self) -> bool {
@@ -53,13 +56,15 @@ impl Regime {
 
     /// From the share of the time in which the mass sticks, whether adhesion ever held or broke, and the extremes of w.
     pub fn of(stuck_share: f64, sticks: bool, [w_min, w_max]: [f64; 2]) -> Self {
+        let largest = w_min.abs().max(w_max.abs());
+        let keeps_sign = w_min * w_max > 0.0 || w_min.abs().min(w_max.abs()) <= ROUNDING * largest;
         if stuck_share >= 1.0 {
             Self::AtRest
         } else if sticks {
             Self::StickSlip
-        } else if w_max - w_min <= STEADY * w_min.abs().max(w_max.abs()) {
+        } else if w_max - w_min <= STEADY * largest {
             Self::StableSlip
-        } else if w_min * w_max > 0.0 {
+        } else if keeps_sign {
             Self::AlmostHarmonic
         } else {
             Self::ReversingSlip

@@ -27,7 +27,7 @@ use crate::zero_one;
 pub struct Look {
     /// Periods that are left out.
     pub transient: f64,
-    /// Periods that are looked at after them.
+    /// Periods that are looked at after them; more where a slow stick-slip asks for them.
     pub window: f64,
     /// A motion repeats where its states in the section do, to this part of its extent.
     pub tolerance: f64,
@@ -76,8 +76,11 @@ const REPEATING_CHANGE: f64 = 0.1;
 /// So much of the tolerance is rounding.
 const TOLERANCE_ROUNDING: f64 = 1e-3;
 
-/// Returns that must agree before a motion is steady early.
+/// Returns that must agree before a motion is steady early, and that a slow one is to have.
 const AGREEING_RETURNS: usize = 6;
+
+/// A slow motion is looked at for no more than about twice as many windows.
+const MOST_WINDOWS: f64 = 1e6;
 
 /// What is kept of one run.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,7 +131,7 @@ pub fn steady(
 ) -> Result<Steady, Error> {
     surface.validate()?;
     positive("tolerance", look.tolerance)?;
-    if look.early > 0.0 {
+    if look.early > 0.0 && look.early < look.transient {
         let until = look.early * period;
         let mut seen = Window::new(look, surface, MOST_RETURNS, go_on);
         let stop = engine.go(until, 0.5 * until, &mut seen)?;
@@ -140,12 +143,24 @@ pub fn steady(
             return Ok(row);
         }
     }
-    let (after, end) = (look.transient * period, (look.transient + look.window) * period);
-    let mut seen = Window::new(look, surface, MOST_RETURNS, go_on);
-    let stop = engine.go(end, after, &mut seen)?;
-    let compared = seen.returns.len();
-    let row = seen.summary(look, stop, engine, compared);
-    if stop != Stop::End || row.period > 0 || look.decide == 0 {
+    let (mut after, mut window) = (look.transient * period, look.window * period);
+    let (row, compared) = loop {
+        let mut seen = Window::new(look, surface, MOST_RETURNS, go_on);
+        let stop = engine.go(after + window, after, &mut seen)?;
+        let compared = seen.returns.len();
+        let row = seen.summary(look, stop, engine, compared);
+        // A stick on a moving drive is no rest: a slow motion is looked at for longer, until it has come back often enough.
+        let in_a_stick = row.regime == Regime::AtRest
+            || row.regime == Regime::StickSlip && row.period == 0 && compared < AGREEING_RETURNS;
+        let looks_on = window < MOST_WINDOWS * look.window * period && engine.must_break(look.contact);
+        if !(stop == Stop::End && in_a_stick && looks_on) {
+            break (row, compared);
+        }
+        after += window;
+        window *= 2.0;
+    };
+    let end = after + window;
+    if row.stop != Stop::End || row.period > 0 || look.decide == 0 {
         return Ok(row);
     }
     // The motion goes on for longer: a slow one may still settle, and the 0–1 test wants a long series.

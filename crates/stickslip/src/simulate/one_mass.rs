@@ -158,8 +158,9 @@ impl<'a, const H: usize> Loop<'a, H> {
                 let segment = Segment::new(self.clock, self.x, self.v, &mode);
                 let reached = self.stopped.unwrap_or(horizon);
                 let state = segment.state(&self.frame, reached);
-                if let Some(stop) = lost(&[state.x, state.v]) {
-                    return Ok((stop, self.work));
+                if lost(&[state.x, state.v]).is_some() {
+                    // Where the mode began it was within the numbers.
+                    return Ok((Stop::Diverged, self.work));
                 }
                 if self.stopped.is_some() {
                     record.segment(Segment {
