@@ -213,7 +213,10 @@ def _fit_law(
 
     held, within = dict(map(_assignment, fixed)), dict(map(_bounds, bounds))
     tied = None if ties is None else dict(map(_tie, ties))
-    return identify(files, law=law, free=free, fixed=held, pieces=pieces, offset=offset, bounds=within, ties=tied)
+    found: Identification = identify(
+        files, law=law, free=free, fixed=held, pieces=pieces, offset=offset, bounds=within, ties=tied
+    )
+    return found
 
 
 def _refine(

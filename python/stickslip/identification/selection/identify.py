@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import Any, Literal, overload
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -110,28 +110,6 @@ def fit_of(friction: Any, law: str | type[Law] | Law | None = None, *, steady: b
     return "static" if all("slip_velocity" not in tree.variables for tree in trees) else "motion"
 
 
-@overload
-def identify(
-    friction: Any,
-    law: str | type[Law] | Law,
-    free: Iterable[str] | None = None,
-    fixed: Mapping[str, float] | None = None,
-    pieces: int | Literal["auto"] | None = None,
-    offset: bool = False,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
-    ties: Mapping[str, str] | None = None,
-) -> Identification: ...
-@overload
-def identify(
-    friction: Any,
-    law: str | type[Law] | Law | None = None,
-    free: Iterable[str] | None = None,
-    fixed: Mapping[str, float] | None = None,
-    pieces: int | Literal["auto"] | None = None,
-    offset: bool = False,
-    bounds: Mapping[str, tuple[float, float]] | None = None,
-    ties: Mapping[str, str] | None = None,
-) -> Any: ...
 @one_thread
 def identify(
     friction: Any,
