@@ -360,9 +360,7 @@ def _read_covariance(
     import pandas as pd
 
     table = document.get("covariance", {"names": [], "matrix": []})
-    # Files of earlier versions call ties constraints, and bounds within.
-    keys = ("names", "matrix", "ties", "bounds", "constraints", "within")
-    check_keys(table, keys, ("names", "matrix"), f"{path}: covariance")
+    check_keys(table, ("names", "matrix", "ties", "bounds"), ("names", "matrix"), f"{path}: covariance")
     names = table["names"]
     rows = [numbers("covariance", row, len(names), str(path), "name", finite=False) for row in table["matrix"]]
     if len(rows) != len(names):
@@ -370,11 +368,11 @@ def _read_covariance(
             f"{path}: covariance: expected {len(names)} rows, one a name, got {len(rows)}; write the law again"
         )
     bounds: dict[str, tuple[float, float]] = {}
-    for name, ends in table.get("bounds", table.get("within", {})).items():
+    for name, ends in table.get("bounds", {}).items():
         low, high = numbers("bounds", ends, 2, f"{path}: covariance", "end", finite=False)
         bounds[name] = low, high
     frame = pd.DataFrame(np.reshape(rows, (len(names), len(names))), index=names, columns=names)
-    return frame, dict(table.get("ties", table.get("constraints", {}))), bounds
+    return frame, dict(table.get("ties", {})), bounds
 
 
 TABLES = ("law", "units", "uncertainty", "covariance", "source")

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,8 +50,7 @@ def _event_columns() -> pd.Index:
     return pd.Index(EVENTS)
 
 
-@dataclass(frozen=True)
-class Work:
+class Work(NamedTuple):
     """What a run cost: events that occurred and evaluations of the closed-form motion to find them.
 
     grazes are touches of the end of a mode within rounding that turned back: no events. fallbacks are steps that looked like
@@ -271,8 +269,19 @@ class Orbit(InNotebook):
 
         The segments are exact: :func:`load` gives back the same orbit to the bit.
         """
-        columns = {"events": EVENTS, "segments": self._names()}
-        return self._write(path, {"run": json.dumps(self._run())}, self._tables(), columns)
+        import xarray as xr
+
+        tables, columns = self._tables(), {"events": EVENTS, "segments": self._names()}
+        attrs = {"run": json.dumps(self._run()), "stickslip": "orbit", "work": list(self.work), "stop": self.stop}
+        root = self.to_xarray().assign_attrs(attrs)
+        root.attrs["checksum"] = _checksum(root.attrs, tables)
+        groups = {
+            name: xr.Dataset({column: (name[:-1], table[:, i]) for i, column in enumerate(columns[name])})
+            for name, table in tables.items()
+        }
+        groups["events"]["kind"].attrs["meaning"] = ", ".join(f"{i} {kind}" for i, kind in enumerate(_core.KINDS))
+        tree = xr.DataTree.from_dict({"/": root, **{f"/{name}": group for name, group in groups.items()}})
+        return write_netcdf(path, tree)
 
     def _tables(self) -> dict[str, NDArray[np.float64]]:
         """All that an orbit is made from again, beside its system and its run."""
@@ -284,7 +293,7 @@ class Orbit(InNotebook):
     def __reduce__(self) -> tuple[Any, ...]:
         tables = self._tables()
         rows = [tables[name].ravel() for name in ("segments", "events")]
-        return _restore, (self.system.to_dict(), self._run(), astuple(self.work), rows)
+        return _restore, (self.system.to_dict(), self._run(), self.work, rows)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Orbit) or type(self) is not type(other):
@@ -292,27 +301,7 @@ class Orbit(InNotebook):
         return self.system == other.system and self._run() == other._run() and alike(self._tables(), other._tables())
 
     def __hash__(self) -> int:
-        return hash((self.t_end, self.stop, astuple(self.work)))
-
-    def _write(
-        self,
-        path: str | Path,
-        attrs: dict[str, Any],
-        tables: dict[str, NDArray[np.float64]],
-        columns: Mapping[str, Sequence[str]],
-    ) -> Path:
-        import xarray as xr
-
-        attrs |= {"stickslip": "orbit", "work": list(astuple(self.work))}
-        root = self.to_xarray().assign_attrs(attrs, stop=self.stop)
-        root.attrs["checksum"] = _checksum(root.attrs, tables)
-        groups = {
-            name: xr.Dataset({column: (name[:-1], table[:, i]) for i, column in enumerate(columns[name])})
-            for name, table in tables.items()
-        }
-        groups["events"]["kind"].attrs["meaning"] = ", ".join(f"{i} {kind}" for i, kind in enumerate(_core.KINDS))
-        tree = xr.DataTree.from_dict({"/": root, **{f"/{name}": group for name, group in groups.items()}})
-        return write_netcdf(path, tree)
+        return hash((self.t_end, self.stop, self.work))
 
     def _run(self) -> list[Any]:
         """Start, end, bound of the events and stop."""
@@ -354,24 +343,16 @@ def load(path: str | Path) -> Orbit:
         raise InputError(
             f"{path}: damaged, or saved by an older version: it is not the orbit that was saved; simulate again"
         )
-    if tables["events"].shape[1] < len(EVENTS):
-        # One contact was not numbered by older versions.
-        tables["events"] = np.insert(tables["events"], EVENTS.index("contact"), 0.0, axis=1)
-    work = tuple(int(value) for value in tree.attrs["work"])
+    work = Work(*(int(value) for value in tree.attrs["work"]))
     rows = [np.ascontiguousarray(tables[name].ravel()) for name in ("segments", "events")]
     return _restore(json.loads(tree.attrs["system"]), json.loads(tree.attrs["run"]), work, rows)
 
 
-def _restore(document: dict[str, Any], run: Any, work: tuple[int, ...], rows: Sequence[NDArray[np.float64]]) -> Orbit:
+def _restore(document: dict[str, Any], run: list[Any], work: Work, rows: Sequence[NDArray[np.float64]]) -> Orbit:
     """An orbit from its parts."""
-    if isinstance(run, dict):  # of an older version, with the numbers of one mass
-        start = ([run["x0"]], None if run["v0"] is None else [run["v0"]])
-        run = [*start, run["t_end"], run["max_events"], run["stop"]]
     *start, stop = run
-    events, evaluations, grazes, fallbacks = work
     system = system_from_dict(document)
-    done = (events, evaluations, grazes, fallbacks)
-    return Orbit(system, _core.Orbit.restore(system.core, tuple(start), stop, done, *rows))
+    return Orbit(system, _core.Orbit.restore(system.core, tuple(start), stop, work, *rows))
 
 
 def _table(group: xr.Dataset) -> NDArray[np.float64]:
