@@ -18,6 +18,7 @@ from stickslip.identification.records import both_senses, stated_units
 from stickslip.identification.steady.curves import COLUMNS, Rows
 from stickslip.identification.steady.single_form_fit import inertia_error
 from stickslip.measurement.instruments.errors_of_means import median_and_error
+from stickslip.measurement.rigs.rig import SLIDES, TURNS
 from stickslip.measurement.signals.noise import noise_level
 
 SLOW = 0.05
@@ -128,7 +129,7 @@ def _with_inertia(
     off, error = inertia_error(moved.take(fast), CURVED)
     if abs(off) < SENSE * error or (taken == 0 and not _at_all_speeds(moved.take(fast), off)):
         return rows, 0.0, []
-    unit = "kg m^2" if root["slip_velocity"].attrs.get("units") == "rad/s" else "kg"
+    unit = (TURNS if root["slip_velocity"].attrs.get("units") == TURNS.speed else SLIDES).mass
     by = f"{off:+.2g} +- {error:.1g} {unit}"
     note = (
         f"{name} contradicts the inertia of its rig, {taken:.4g} {unit}, by {by}: what is left of the force follows the "

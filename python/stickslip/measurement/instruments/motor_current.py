@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -12,6 +10,7 @@ from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.result import friction_tree
+from stickslip.measurement.rigs.rig import SLIDES, TURNS, RigUnits
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline
 
 DELAYS = (-1, 0, 1)
@@ -24,25 +23,9 @@ STRETCHES = 10
 """Consecutive parts of a record, each left out in turn, from which the fitted inertia has its error."""
 
 
-@dataclass(frozen=True)
-class _Units:
-    """Names and units of a motion along a line or about an axis."""
-
-    inertia: str
-    force: str
-    mass: str
-    speed: str
-    length: str
-
-
-LINE = _Units("mass", "N", "kg", "m/s", "m")
-AXIS = _Units("inertia", "N m", "kg m^2", "rad/s", "rad")
-
-
-def _units(records: list[Samples], rig: InstrumentRig) -> _Units:
+def _units(records: list[Samples], rig: InstrumentRig) -> RigUnits:
     """Those of the displacement; refused where the rig names the inertia of the other kind of motion."""
-    units = AXIS if records[0].units["displacement"] == "rad" else LINE
-    other = LINE if units is AXIS else AXIS
+    units, other = (TURNS, SLIDES) if records[0].units["displacement"] == TURNS.length else (SLIDES, TURNS)
     if rig.maybe(other.inertia) is not None:
         raise InputError(
             f"motor_current: expected {units.inertia} in {units.mass} for a displacement in {units.length}, got "
@@ -223,7 +206,7 @@ def _inertia(table: dict[str, Array], delay: float) -> tuple[float, float]:
 
 
 def _series(
-    record: Samples, factor: float, best: dict[str, float], error: float, units: _Units
+    record: Samples, factor: float, best: dict[str, float], error: float, units: RigUnits
 ) -> dict[str, tuple[npt.NDArray[np.generic], str]]:
     smooth = jerk_spline(record.time, record["displacement"])
     step = float(np.median(np.diff(record.time)))
@@ -233,7 +216,7 @@ def _series(
     return {
         "time": (record.time, "s"),
         "slip_velocity": (smooth.v, units.speed),
-        "slip_acceleration": (smooth.a, units.speed + "^2"),
+        "slip_acceleration": (smooth.a, units.acceleration),
         "force": (friction, units.force),
         "force_error": (np.full(len(friction), noise), units.force),
         "stuck": (np.zeros(len(friction), dtype=bool), "1"),

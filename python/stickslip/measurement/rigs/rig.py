@@ -45,6 +45,11 @@ class RigUnits(NamedTuple):
         """Of a line."""
         return "1" if self.time == "1" else "Hz"
 
+    @property
+    def inertia(self) -> str:
+        """What the mass of what moves so is called."""
+        return "inertia" if self.length == "rad" else "mass"
+
 
 SLIDES = RigUnits("s", "m", "m/s", "m/s^2", "N", "kg")
 TURNS = RigUnits("s", "rad", "rad/s", "rad/s^2", "N m", "kg m^2")
