@@ -53,7 +53,8 @@ def read_apart(reader: str, path: Path, what: str) -> Any:
         timer = threading.Timer(limit, child.kill)
         timer.start()
         try:
-            _send(child.stdin, (reader, path.absolute(), path, what))  # the other process may be in another folder
+            # The other process may be in another folder.
+            _send(child.stdin, pickle.dumps((reader, path.absolute(), path, what)))
             refused, value = _receive(child.stdout)
         except (OSError, EOFError):
             _stop()
@@ -128,8 +129,7 @@ def serve() -> None:
             data = pickle.dumps((True, damaged(path, what, "it asks for more memory than such a file needs")))
         except Exception as error:  # noqa: BLE001 the libraries raise some ten types on damaged bytes
             data = pickle.dumps((True, damaged(path, what, error)))
-        answers.write(struct.pack("<Q", len(data)) + data)
-        answers.flush()
+        _send(answers, data)
 
 
 def _limit(memory: int) -> None:
@@ -145,9 +145,8 @@ def _limit(memory: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
 
 
-def _send(pipe: IO[bytes] | None, message: Any) -> None:
+def _send(pipe: IO[bytes] | None, data: bytes) -> None:
     assert pipe is not None
-    data = pickle.dumps(message)
     pipe.write(struct.pack("<Q", len(data)) + data)
     pipe.flush()
 
