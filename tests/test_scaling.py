@@ -1,11 +1,12 @@
 """Scaling by Eq. (2): what was measured and what is simulated are one motion, for every law."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.files.schema import kinds
 from stickslip.laws.state_law import StateLaw
 
 SCALE = ss.Scale(mass=2.0, stiffness=740.0, force=11.0)
@@ -79,6 +80,42 @@ def test_systems_and_varying_drives_scale_with_their_matrices():
     back = scale.restore(small)
     assert np.array(back.stiffness) == pytest.approx(np.array(rig.stiffness), rel=4e-16)
     assert back.contacts[0].drive_velocity.at(0.3) == pytest.approx(drive.at(0.3), rel=1e-14)
+
+
+def _differences(one, other, name=""):
+    """The numbers of two documents of one shape by their names, and whether they differ everywhere."""
+    if isinstance(one, dict):
+        return {
+            path: differs
+            for key in one
+            for path, differs in _differences(one[key], other[key], f"{name}.{key}").items()
+        }
+    if isinstance(one, list):
+        found = {}
+        for item, twin in zip(one, other, strict=True):
+            for path, differs in _differences(item, twin, name).items():
+                found[path] = found.get(path, True) and differs
+        return found
+    return {name: one != other}
+
+
+def test_every_number_that_has_a_dimension_is_scaled():
+    law, wave = ss.laws.StaticKinetic(8.0, 5.0), ss.Harmonic(0.6, 23.0, 0.4)
+    drive = ss.Drive(0.3, wave, ((0.1, 0.2), (0.5, 0.3)))
+    normal = ss.NormalForce(1.1, wave, 3.0, 0.7)
+    springs = ss.Spring(((0.1, 1.0), (0.2, 3.0)), 17.0, mass=1, other=2)
+    contact = ss.Contact(1, law, drive, 2, normal)
+    rig = ss.Oscillator(4.0, drive, law, 2.0, 740.0, wave, normal, replace(springs, mass=0, other=None))
+    full = [[2.0, 0.5, 0.5], [0.5, 3.0, 0.5], [0.5, 0.5, 4.0]]
+    masses = ss.System(full, full, full, [ss.Contact(0, law, 0.1), contact], ss.Force(0.6, 23.0, 0.4, 1), springs)
+    for document in (rig, masses, drive, wave, normal, springs, contact, masses.forcing[0]):
+        # A field that is new must be set above.
+        unset = {name for name in kinds(type(document)) if getattr(document, name) in (None, (), 0.0)}
+        assert unset == set()
+    pure = (".phase", "s.mass", "g.mass", ".other", ".constant", ".normal_force.harmonics.amplitude", ".type")
+    for system in (rig, masses):
+        differ = _differences(system.to_dict(), SCALE.reduce(system).to_dict())
+        assert {name for name in differ if not differ[name]} == {name for name in differ if name.endswith(pure)}
 
 
 @pytest.mark.parametrize(

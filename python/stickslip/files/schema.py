@@ -252,6 +252,10 @@ def docstring_words(cls: type) -> dict[str, str]:
 # --- what one value may be ------------------------------------------------------------------------------------------
 
 
+Convert = Callable[[Any, tuple[str, ...]], Any]
+"""What makes another of a number or a document, given the dimensions of which it may have a unit."""
+
+
 class Kind:
     """What a value may be: `what` in words, whether it has the shape, the value made from it, its JSON Schema."""
 
@@ -274,6 +278,11 @@ class Kind:
 
     def measured(self, dimensions: Sequence[tuple[str, ...]]) -> None:
         """Let its numbers be texts with a unit of these dimensions: of a pair each of its own, one number of the last."""
+
+    def converted(self, value: Any, convert: Convert) -> Any:
+        """A value that the document keeps, with its numbers and documents converted."""
+        del convert
+        return value
 
     def read(self, value: Any, name: str, where: str) -> Any:
         """The value as the document keeps it, or one sentence."""
@@ -340,6 +349,9 @@ class _Number(Kind):
             raise InputError(f"{where}: {name} must be {self.range}, got {value!r}")
         return result
 
+    def converted(self, value: Any, convert: Convert) -> Any:
+        return convert(value, self.limits.dimensions)
+
     def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
         del definitions
         found: dict[str, Any] = {"type": "integer" if self.whole else "number"}
@@ -391,7 +403,7 @@ class _List(Kind):
     """A list of any length, or with one kind a place."""
 
     def __init__(self, parts: Sequence[Kind], *, fixed: bool) -> None:
-        self.parts, self.fixed = parts, fixed
+        self.parts, self.fixed = list(parts), fixed
         self.what = f"a list of {len(parts)} {parts[0].many}" if fixed else f"a list of {parts[0].many}"
 
     def measured(self, dimensions: Sequence[tuple[str, ...]]) -> None:
@@ -404,10 +416,14 @@ class _List(Kind):
         return listed and (not self.fixed or len(value) == len(self.parts))
 
     def made(self, value: Any, name: str, where: str) -> Any:
-        expected = self.parts if self.fixed else [self.parts[0]] * len(value)
-        return tuple(
-            kind.read(item, f"{name}[{i}]", where) for i, (kind, item) in enumerate(zip(expected, value, strict=True))
-        )
+        return tuple(kind.read(item, f"{name}[{i}]", where) for i, (kind, item) in enumerate(self._pairs(value)))
+
+    def converted(self, value: Any, convert: Convert) -> Any:
+        return tuple(kind.converted(item, convert) for kind, item in self._pairs(value))
+
+    def _pairs(self, value: Sequence[Any]) -> Iterable[tuple[Kind, Any]]:
+        """What each item may be, and the item."""
+        return zip(self.parts if self.fixed else self.parts * len(value), value, strict=True)
 
     def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
         if not self.fixed:
@@ -438,6 +454,9 @@ class _Table(Kind):
                 quantity(key, value[key], self.dimensions, f"{where}: {name}")
         return self.cls.from_dict(value, f"{where}: {name}")
 
+    def converted(self, value: Any, convert: Convert) -> Any:
+        return convert(value, self.dimensions)
+
     def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
         name = self.cls.__name__
         if name not in definitions:
@@ -467,6 +486,9 @@ class _Either(Kind):
                 continue
         return last.made(value, name, where)
 
+    def converted(self, value: Any, convert: Convert) -> Any:
+        return next(kind for kind in self.kinds if kind.takes(value)).converted(value, convert)
+
     def hint(self, value: Any) -> str:
         return "".join(kind.hint(value) for kind in self.kinds)
 
@@ -486,6 +508,9 @@ class _Optional(Kind):
 
     def made(self, value: Any, name: str, where: str) -> Any:
         return None if value is None else self.kind.made(value, name, where)
+
+    def converted(self, value: Any, convert: Convert) -> Any:
+        return None if value is None else self.kind.converted(value, convert)
 
     def hint(self, value: Any) -> str:
         return self.kind.hint(value)

@@ -7,15 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
-import numpy as np
-
 from stickslip.errors import InputError
 from stickslip.files.checks import number
-from stickslip.files.schema import Document
+from stickslip.files.schema import Document, kinds
+from stickslip.files.units import TEXTS
 from stickslip.laws.law import Law
 from stickslip.laws.state_law import StateLaw
-from stickslip.model.drive import Drive, Harmonic, NormalForce
-from stickslip.model.system import Contact, Force, Oscillator, Spring, System
+from stickslip.model.drive import Drive
+from stickslip.model.system import Oscillator, System
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,6 +27,9 @@ COLUMNS = {
     "t": "time", "time": "time", "x": "length", "v": "velocity", "a": "velocity time^-1", "slip_velocity": "velocity",
     "force": "force", "stick_time": "time", "force_rate": "force time^-1",
 }  # fmt: skip
+
+#: The names of the dimensions that an annotation says.
+_NAMES = {texts: name for name, texts in reversed(TEXTS.items())}
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,8 @@ class Scale:
 
     def reduce(self, system: Scaled) -> Scaled:
         """An oscillator, system, drive or law in dimensionless numbers."""
+        if not isinstance(system, Oscillator | System | Law | Drive):
+            raise InputError(f"Scale: expected an oscillator, a system, a drive or a law, got {system!r}")
         reduced: Scaled = self._scaled(system, -1)
         return reduced
 
@@ -121,69 +125,18 @@ class Scale:
         times = {name: scaled.pop(name).data for name in ("time",) if name in scaled}
         return what.assign({name: (what[name].dims, item.data) for name, item in scaled.items()}).assign_coords(times)
 
-    def _scaled(self, what: Any, way: int) -> Any:
+    def _scaled(self, what: Document, way: int, around: tuple[str, ...] = ()) -> Any:
+        """A law, or what else has dimensions by its annotations; `around`: those that the document around it says."""
         if isinstance(what, Law):
             return self._law(what, way)
-        if isinstance(what, Drive):
-            waves = tuple(self._wave(item, "velocity", way) for item in what.harmonics)
-            nodes = self._value(what.nodes, "time, velocity", way, {})
-            return Drive(self._value(what.velocity, "velocity", way, {}), waves, nodes)
-        if isinstance(what, Spring):
-            nodes = self._value(what.nodes, "length, force", way, {})
-            cubic = self._value(what.cubic, "force length^-3", way, {})
-            return replace(what, nodes=nodes, cubic=cubic)
-        if isinstance(what, NormalForce):
-            waves = tuple(self._wave(item, "", way) for item in what.harmonics)
-            slopes = {
-                name: self._value(getattr(what, name), f"{of}^-1", way, {})
-                for name, of in (("position", "length"), ("velocity", "velocity"))
-            }
-            return NormalForce(what.constant, waves, **slopes)
-        if isinstance(what, Oscillator):
-            forcing = tuple(self._wave(item, "force", way) for item in what.harmonics)
-            own = {name: self._value(getattr(what, name), name, way, {}) for name in ("mass", "stiffness", "damping")}
-            return Oscillator(
-                **own,
-                drive_velocity=self._drive(what, way),
-                law=self._law(what.law, way),
-                forcing=forcing,
-                normal_force=self._normal_force(what, way),
-                springs=tuple(self._scaled(item, way) for item in what.springs),
-            )
-        if isinstance(what, System):
-            names = ("mass", "stiffness", "damping")
-            sizes = {name: np.array(getattr(what, name)) for name in names}
-            contacts = [
-                Contact(
-                    item.mass,
-                    self._law(item.law, way),
-                    self._drive(item, way),
-                    item.other,
-                    self._normal_force(item, way),
-                )
-                for item in what.contacts
-            ]
-            return System(
-                **{name: self._value(size, name, way, {}) for name, size in sizes.items()},
-                contacts=contacts,
-                forcing=[self._wave(item, "force", way) for item in what.forcing],
-                springs=tuple(self._scaled(item, way) for item in what.springs),
-            )
-        raise InputError(f"Scale: expected an oscillator, a system, a drive or a law, got {what!r}")
 
-    def _drive(self, of: Oscillator | Contact, way: int) -> float | Drive:
-        drive = of.drive_velocity
-        scaled: float | Drive = (
-            self._scaled(drive, way) if isinstance(drive, Drive) else self._value(drive, "velocity", way, {})
-        )
-        return scaled
+        def scaled(part: Any, dimensions: tuple[str, ...]) -> Any:
+            if isinstance(part, Document):
+                return self._scaled(part, way, dimensions)
+            return self._value(part, _NAMES.get(dimensions, ""), way, {})
 
-    def _normal_force(self, of: Oscillator | Contact, way: int) -> NormalForce | None:
-        return None if of.normal_force is None else self._scaled(of.normal_force, way)
-
-    def _wave(self, wave: Harmonic | Force, dimension: str, way: int) -> Any:
-        amplitude = self._value(wave.amplitude, dimension, way, {})
-        return replace(wave, amplitude=amplitude, frequency=self._value(wave.frequency, "time^-1", way, {}))
+        values = {name: kind.converted(getattr(what, name), scaled) for name, kind in kinds(type(what)).items()}
+        return replace(what, **values | {name: scaled(values[name], around) for name in what.BY_CONTEXT})
 
     def _law(self, law: Any, way: int) -> Any:
         values = {item.name: getattr(law, item.name) for item in fields(law)}

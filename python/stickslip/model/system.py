@@ -15,7 +15,7 @@ import numpy as np
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.checks import whole_number
-from stickslip.files.schema import Document, Kind, Limits, Point, Says
+from stickslip.files.schema import Convert, Document, Kind, Limits, Point, Says
 from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law
 from stickslip.laws.numbers import replaced
@@ -337,6 +337,9 @@ class _Matrix(Kind):
         if not np.isfinite(array).all():
             raise InputError(f"{where}: {name} must be finite numbers throughout, got {value!r}")
         return tuple(tuple(row) for row in array.tolist()) if array.ndim == 2 else array.tolist()
+
+    def converted(self, value: Any, convert: Convert) -> Any:
+        return tuple(tuple(convert(item, self.dimensions) for item in row) for row in value)
 
     def schema(self, definitions: dict[str, Any]) -> dict[str, Any]:
         del definitions
