@@ -217,13 +217,13 @@ def test_a_matlab_file_named_csv_is_refused(tmp_path, capsys) -> None:
         (other("direct_force", force='{ column = "f", zero_row = 9999 }'), "zero_row must be 0 to 199, got 9999"),
         (other("direct_force", force='"t"'), "column 't' is that of time already"),
         (other("direct_force", force="9"), "there is no column 9; the file has 4"),
-        ("bins = 2.5\n" + other("direct_force"), "bins must be a whole number from 1, got 2.5"),
-        ("cutoff = -1\n" + other("direct_force"), "cutoff must be positive, got -1"),
-        (other("cylinder").replace("25 mm", "0 mm"), "bore must be positive, got '0 mm'"),
+        ("bins = 2.5\n" + other("direct_force"), "bins must be a whole number of at least 1, got 2.5"),
+        ("cutoff = -1\n" + other("direct_force"), "cutoff must be a positive number, got -1"),
+        (other("cylinder").replace("25 mm", "0 mm"), "bore must be a positive number, got '0 mm'"),
         (other("cylinder"), "no whole stroke lies within range = [0.008, 0.03] m"),
-        ("settle = 5\n" + other("velocity_steps"), "settle must be a share, more than 0 and at most 1, got 5"),
+        ("settle = 5\n" + other("velocity_steps"), "settle must be a number above 0 and of at most 1, got 5"),
         ("settle = 1\n" + other("torque_observer"), "1 samples are left after settle = 1 of the record"),
-        (other("free_decay").replace("1.0", "-1.0"), "restoring_torque must be positive, got -1.0"),
+        (other("free_decay").replace("1.0", "-1.0"), "restoring_torque must be a positive number, got -1.0"),
     ],
 )
 def test_a_wrong_rig_is_one_sentence(tmp_path, capsys, rig: str, words: str) -> None:

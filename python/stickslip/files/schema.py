@@ -68,6 +68,7 @@ def check_keys(table: Mapping[str, Any], known: Iterable[str], required: Iterabl
 
 Positive = Annotated[float, Limits(above=0)]
 NotNegative = Annotated[float, Limits(least=0)]
+Share = Annotated[float, Limits(above=0, most=1, dimensions=("ratio",))]
 Count = Annotated[int, Limits(least=1)]
 Point = Annotated[
     tuple[float, float],
@@ -357,7 +358,10 @@ class _Number(Kind):
         found: dict[str, Any] = {"type": "integer" if self.whole else "number"}
         keys = {"exclusiveMinimum": self.limits.above, "minimum": self.limits.least, "maximum": self.limits.most}
         found |= {key: value for key, value in keys.items() if value is not None}
-        return {"anyOf": [found, {"type": "string"}]} if self.limits.dimensions else found
+        if not self.limits.dimensions:
+            return found
+        units = ", ".join(map(si_unit, self.limits.dimensions))
+        return {"anyOf": [found, {"type": "string"}], "description": f"in {units}, or a text with another unit"}
 
 
 class _Plain(Kind):
@@ -430,6 +434,20 @@ class _List(Kind):
             return {"type": "array", "items": self.parts[0].schema(definitions)}
         items = [part.schema(definitions) for part in self.parts]
         return {"type": "array", "prefixItems": items, "minItems": len(items), "maxItems": len(items)}
+
+
+class _Pair(_List):
+    """Two numbers, the lower one first."""
+
+    def __init__(self, number: Kind) -> None:
+        super().__init__([number, number], fixed=True)
+        self.what = "a list of two, [lowest, highest]"
+
+    def made(self, value: Any, name: str, where: str) -> Any:
+        low, high = super().made(value, name, where)
+        if not low < high:
+            raise InputError(f"{where}: {name} must be [lowest, highest], got {value!r}")
+        return low, high
 
 
 class _Table(Kind):
@@ -557,6 +575,21 @@ def _marked(hint: Any, *marks: Any) -> Kind:
             if isinstance(kind, _Number):
                 kind.range = mark.what
     return kind
+
+
+def any_number(*dimensions: str) -> Any:
+    """The annotation of a number, or a text with a unit of one of these dimensions."""
+    return Annotated[float, Limits(dimensions=dimensions)]
+
+
+def positive(*dimensions: str) -> Any:
+    """The same of a number above 0."""
+    return Annotated[float, Limits(above=0, dimensions=dimensions)]
+
+
+def pair(*dimensions: str) -> Any:
+    """The same of two numbers, the lower one first."""
+    return Annotated[Any, _Pair(kind_of(any_number(*dimensions)))]
 
 
 def _items(cls: type) -> list[Any]:

@@ -10,6 +10,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
+from stickslip.files.schema import pair, positive
 from stickslip.measurement.instruments.errors_of_means import block_error
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.result import facts_of_runs, friction_tree
@@ -166,9 +167,9 @@ CYLINDER = Instrument(
     channels={"displacement": ("length",), "pressure": ("pressure",), "force": ("force",)},
     optional={},
     constants={
-        "bore": Constant(("length",), needed=True, positive=True),
-        "range": Constant(("length",), pair=True, needed=True),
-        "between_run_error": Constant(("force",), positive=True),
+        "bore": Constant(positive("length"), needed=True),
+        "range": Constant(pair("length"), needed=True),
+        "between_run_error": Constant(positive("force")),
     },
     measure=_measure,
 )

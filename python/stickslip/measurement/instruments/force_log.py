@@ -11,6 +11,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.schema import any_number, positive
 from stickslip.measurement.instruments.errors_of_means import straight_line
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, only
 from stickslip.measurement.result import event_table, friction_tree
@@ -192,11 +193,11 @@ FORCE_LOG = _ForceLog(
     channels={"force": ("force", "torque")},
     optional={"displacement": ("length", "angle"), "drive_displacement": ("length", "angle")},
     constants={
-        "least_drop": Constant(("force",), needed=True, positive=True),
-        "stiffness": Constant(("stiffness",), positive=True),
-        "drive_velocity": Constant(("speed",), positive=True),
-        "clock_offset": Constant(("time",)),
-        "taut": Constant(("force", "torque"), positive=True),
+        "least_drop": Constant(positive("force"), needed=True),
+        "stiffness": Constant(positive("stiffness")),
+        "drive_velocity": Constant(positive("speed")),
+        "clock_offset": Constant(any_number("time")),
+        "taut": Constant(positive("force", "torque")),
     },
     measure=_measure,
 )

@@ -7,6 +7,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
+from stickslip.files.schema import positive
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, only
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline
@@ -147,11 +148,11 @@ FREE_DECAY = Instrument(
     channels={"angle": ("angle",)},
     optional={},
     constants={
-        "restoring_torque": Constant(("torque",), positive=True),
-        "mass": Constant(("mass",), positive=True),
-        "length": Constant(("length",), positive=True),
-        "gravity": Constant(("acceleration",), 9.81, positive=True),
-        "least_amplitude": Constant(("angle",), 0.06, positive=True),
+        "restoring_torque": Constant(positive("torque")),
+        "mass": Constant(positive("mass")),
+        "length": Constant(positive("length")),
+        "gravity": Constant(positive("acceleration"), 9.81),
+        "least_amplitude": Constant(positive("angle"), 0.06),
     },
     measure=_measure,
 )

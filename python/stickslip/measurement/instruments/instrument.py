@@ -14,8 +14,8 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.files.schema import Document, Says, check_keys, kind_of
-from stickslip.files.units import find_unit, quantity, si_unit
+from stickslip.files.schema import Document, Positive, Says, check_keys, kind_of
+from stickslip.files.units import find_unit, si_unit
 from stickslip.measurement.formats.table import Table
 from stickslip.measurement.read import check_finite, check_increasing, in_window, one_segment, read_table, table_of
 from stickslip.measurement.rigs.layout import Layout
@@ -76,46 +76,11 @@ class Channel(Document):
 
 @dataclass(frozen=True)
 class Constant:
-    """A number of the rig file: its dimension, its default, and what it must be.
+    """A number of the rig file: its annotation, its default, and whether it has none."""
 
-    Attributes
-    ----------
-    pair : [lowest, highest]; needed : it has no default; positive : > 0; share : more than 0 and at most 1; count : a
-        whole number from 1.
-    """
-
-    dimensions: tuple[str, ...]
-    default: float | tuple[float, float] | None = None
-    pair: bool = False
+    hint: Any
+    default: float | None = None
     needed: bool = False
-    positive: bool = False
-    share: bool = False
-    count: bool = False
-
-    def schema(self) -> dict[str, Any]:
-        """JSON Schema: a number in SI, or a text with a unit."""
-        units = ", ".join(si_unit(dimension) for dimension in self.dimensions)
-        one = {"anyOf": [{"type": "number"}, {"type": "string"}]}
-        found = {"type": "array", "items": one, "minItems": 2, "maxItems": 2} if self.pair else dict(one)
-        return found | {"description": f"in {units}, or a text with another unit"}
-
-    def read(self, name: str, value: Any, where: str) -> float | tuple[float, float]:
-        """The number in SI, checked."""
-        if self.pair:
-            if not isinstance(value, list) or len(value) != 2:
-                raise InputError(f"{where}: {name} must be a list of two, [lowest, highest], got {value!r}")
-            low, high = (quantity(name, end, self.dimensions, where) for end in value)
-            if not low < high:
-                raise InputError(f"{where}: {name} must be [lowest, highest], got {value!r}")
-            return low, high
-        number = quantity(name, value, self.dimensions, where)
-        if self.positive and number <= 0:
-            raise InputError(f"{where}: {name} must be positive, got {value!r}")
-        if self.share and not 0 < number <= 1:
-            raise InputError(f"{where}: {name} must be a share, more than 0 and at most 1, got {value!r}")
-        if self.count and (number < 1 or number != int(number)):
-            raise InputError(f"{where}: {name} must be a whole number from 1, got {value!r}")
-        return number
 
 
 @dataclass(frozen=True)
@@ -224,7 +189,7 @@ class Instrument:
     ----------
     name : as in the rig file, ``instrument = "..."``.
     channels, optional : name -> dimensions one of which it must have.
-    constants : name -> dimension and default.
+    constants : name -> annotation and default.
     measure : from the samples of one or more records and the rig to the tree.
     instead : channel -> one of `optional` from which it may be found where it is not given.
     """
@@ -244,7 +209,7 @@ class Instrument:
         table = {"type": "object", "properties": columns, "additionalProperties": False}
         read = kind_of(Layout).schema(definitions)
         companion = {"type": "object", "properties": {"file": {"type": "string"}, "read": read, "columns": table}}
-        constants = {name: constant.schema() for name, constant in self.constants.items()}
+        constants = {name: kind_of(constant.hint).schema(definitions) for name, constant in self.constants.items()}
         return {
             "title": self.name,
             "type": "object",
@@ -275,22 +240,14 @@ class Instrument:
             if name not in both and name != "time" and self.instead.get(name) not in both:
                 other = f" or {self.instead[name]}" if name in self.instead else ""
                 raise InputError(f"{where}: [columns] lacks {name}{other}; a {self.name} instrument needs it")
-        constants: dict[str, Any] = {}
-        for name, constant in self.constants.items():
-            if name not in table:
-                if constant.needed:
-                    raise InputError(f"{where}: {name} is missing; add a line `{name} = ...`")
-                constants[name] = constant.default
-            else:
-                constants[name] = constant.read(name, table[name], where)
-        rate = table.get("sampling_rate")
-        if rate is not None:
-            rate = quantity("sampling_rate", rate, ("ratio",), where)
-            if rate <= 0:
-                raise InputError(f"{where}: sampling_rate must be a positive number, got {rate!r}")
-        elif "time" not in channels:
+        check_keys(table, known, [name for name, constant in self.constants.items() if constant.needed], where)
+        constants = {
+            name: kind_of(constant.hint).read(table[name], name, where) if name in table else constant.default
+            for name, constant in self.constants.items()
+        }
+        constants["sampling_rate"] = kind_of(Positive | None).read(table.get("sampling_rate"), "sampling_rate", where)
+        if constants["sampling_rate"] is None and "time" not in channels:
             raise InputError(f"{where}: [columns] lacks time; name its column or give a sampling_rate")
-        constants["sampling_rate"] = rate
         try:
             document = tomli_w.dumps(dict(table))
         except (TypeError, ValueError) as error:

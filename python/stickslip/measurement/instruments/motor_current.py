@@ -8,6 +8,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
+from stickslip.files.schema import any_number, positive
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.result import friction_tree
 from stickslip.measurement.rigs.rig import SLIDES, TURNS, RigUnits
@@ -229,11 +230,11 @@ MOTOR_CURRENT = Instrument(
     channels={"current": ("current",), "displacement": ("length", "angle")},
     optional={"velocity": ("speed", "angular_speed")},
     constants={
-        "force_per_current": Constant(("force_per_current", "torque_per_current"), needed=True),
-        "mass": Constant(("mass",), positive=True),
-        "inertia": Constant(("inertia",), positive=True),
-        "least_speed": Constant(("speed", "angular_speed"), 0.02, positive=True),
-        "least_current": Constant(("current",), 0.1, positive=True),
+        "force_per_current": Constant(any_number("force_per_current", "torque_per_current"), needed=True),
+        "mass": Constant(positive("mass")),
+        "inertia": Constant(positive("inertia")),
+        "least_speed": Constant(positive("speed", "angular_speed"), 0.02),
+        "least_current": Constant(positive("current"), 0.1),
     },
     measure=_measure,
 )

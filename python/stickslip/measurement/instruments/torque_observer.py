@@ -7,6 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
+from stickslip.files.schema import any_number
 from stickslip.measurement.instruments.errors_of_means import block_error
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, notes_of
 from stickslip.measurement.regime import regime_of_slip
@@ -96,6 +97,6 @@ TORQUE_OBSERVER = Instrument(
     name="torque_observer",
     channels={"velocity": ("angular_speed",), "torque": ("torque",)},
     optional={"angle": ("angle",)},
-    constants={"settle": Constant(("ratio",), 0.5)},
+    constants={"settle": Constant(any_number("ratio"), 0.5)},
     measure=_measure,
 )

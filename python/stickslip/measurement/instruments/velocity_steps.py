@@ -12,6 +12,7 @@ from scipy.ndimage import median_filter
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
+from stickslip.files.schema import Share, any_number, positive
 from stickslip.measurement.instruments.errors_of_means import block_error
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, only
 from stickslip.measurement.result import event_table, friction_tree
@@ -373,9 +374,9 @@ VELOCITY_STEPS = Instrument(
     channels={"displacement": ("length", "angle"), "force": ("force", "torque", "pressure", "ratio")},
     optional={"normal_force": ("force", "pressure")},
     constants={
-        "tolerance": Constant(("length", "angle"), positive=True),
-        "least_speed": Constant(("speed", "angular_speed"), 0.0),
-        "settle": Constant(("ratio",), 0.5, share=True),
+        "tolerance": Constant(positive("length", "angle")),
+        "least_speed": Constant(any_number("speed", "angular_speed"), 0.0),
+        "settle": Constant(Share, 0.5),
     },
     measure=_measure,
 )

@@ -14,6 +14,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array, Mask
+from stickslip.files.schema import Count, Share, any_number, positive
 from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion, DirectRun, motion_of
 from stickslip.measurement.instruments.direct_force.force_clock import (
     force_of_current,
@@ -286,17 +287,17 @@ DIRECT_FORCE = _DirectForce(
         "actuator_2": ("force",),
     },
     constants={
-        "force_per_current": Constant(("force_per_current", "torque_per_current")),
-        "inertia": Constant(("mass", "inertia"), 0.0),
-        "stuck_speed": Constant(("speed", "angular_speed"), positive=True),
-        "fast_speed": Constant(("speed", "angular_speed"), positive=True),
-        "fast_share": Constant(("ratio",), 0.6, share=True),
-        "bins": Constant(("ratio",), 12.0, count=True),
-        "cutoff": Constant(("ratio",), positive=True),
-        "clock_offset": Constant(("time",)),
-        "mass": Constant(("mass", "inertia"), positive=True),
-        "stiffness": Constant(("stiffness", "torsional_stiffness"), positive=True),
-        "damping": Constant(("damping", "torsional_damping"), 0.0),
+        "force_per_current": Constant(any_number("force_per_current", "torque_per_current")),
+        "inertia": Constant(any_number("mass", "inertia"), 0.0),
+        "stuck_speed": Constant(positive("speed", "angular_speed")),
+        "fast_speed": Constant(positive("speed", "angular_speed")),
+        "fast_share": Constant(Share, 0.6),
+        "bins": Constant(Count, 12),
+        "cutoff": Constant(positive("ratio")),
+        "clock_offset": Constant(any_number("time")),
+        "mass": Constant(positive("mass", "inertia")),
+        "stiffness": Constant(positive("stiffness", "torsional_stiffness")),
+        "damping": Constant(any_number("damping", "torsional_damping"), 0.0),
     },
     measure=_measure,
     instead={"force": "current"},
