@@ -115,25 +115,9 @@ def orbit_diagram(
         raise InputError(f"orbit_diagram: keep must be at least 1 and less than periods ({periods}), got {keep}")
     whole_number("points", points, "orbit_diagram")
     directions = _directions(direction)
-    settings = {
-        "periods": periods,
-        "keep": keep,
-        "tolerance": tolerance,
-        "decide": decide,
-        "points": points,
-        "contact": contact,
-    }
-    look = Look.asked(
-        "orbit_diagram",
-        system,
-        section,
-        transient=periods - float(keep),
-        window=float(keep),
-        tolerance=tolerance,
-        points=points,
-        decide=decide,
-        contact=contact,
-    )
+    asked = {"tolerance": tolerance, "decide": decide, "points": points, "contact": contact}
+    look = Look.asked("orbit_diagram", system, section, transient=periods - float(keep), window=float(keep), **asked)
+    settings = {"periods": periods, "keep": keep, **asked}
     begin = start_of(system, x0, v0, "orbit_diagram")
     parts = _Parts(json.dumps(document), path, axis, look, directions, begin, _restart_numbers(system))
     sizes = {"direction": len(directions), parameter: axis.size, "point": points}

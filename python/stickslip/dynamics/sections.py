@@ -12,9 +12,9 @@ from stickslip import _core
 from stickslip.dynamics.surface import Surface, surface_from
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.files.checks import fraction, number, numbers, time_limit, whole_number
+from stickslip.files.checks import fraction, number, time_limit, whole_number
 from stickslip.model.drive import Drive
-from stickslip.model.parameters import is_dimensionless
+from stickslip.model.parameters import initial_state, is_dimensionless
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
@@ -92,8 +92,7 @@ def section(
         orbit = simulate(system, end, x0, v0, max_events, max_seconds)
         points, stopped = points_of(orbit, surface, transient * end, contact)[-most:], orbit.stop
     else:
-        begin, velocity = _start(x0, v0, system.masses)
-        run = (begin, velocity, end, max_events)
+        run = (*initial_state(system, x0, v0, "section"), end, max_events)
         try:
             points, stopped = _core.section(
                 system.core, json.dumps(surface.to_dict()), run, contact, transient * end, most, max_seconds
@@ -145,11 +144,6 @@ def contact_of(system: Oscillator | System, contact: int, where: str) -> int:
     if isinstance(contact, bool) or not isinstance(contact, int) or not 0 <= contact < count:
         raise InputError(f"{where}: contact must be a number from 0 to {count - 1}, got {contact!r}")
     return contact
-
-
-def _start(x0: ArrayLike | None, v0: ArrayLike | None, masses: int) -> list[list[float] | None]:
-    pairs = (("x0", x0), ("v0", v0))
-    return [None if value is None else numbers(name, value, masses, "section", "mass") for name, value in pairs]
 
 
 def points_of(orbit: Orbit, surface: Surface, after: float, contact: int = 0) -> Array:

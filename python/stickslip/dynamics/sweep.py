@@ -16,7 +16,7 @@ from stickslip.dynamics.surface import Surface, forcing_frequency, surface_from,
 from stickslip.errors import InputError
 from stickslip.files.arrays import AnyArray
 from stickslip.files.checks import number
-from stickslip.model.parameters import varied
+from stickslip.model.parameters import initial_state, varied
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.integration import integrate
 from stickslip.simulation.regimes import PARTS
@@ -283,17 +283,9 @@ def start_of(system: Oscillator | System, x0: ArrayLike | None, v0: ArrayLike | 
     if x0 is None and v0 is None:
         return None
     shape = (system.masses,) if isinstance(system, System) else ()
-    state = []
-    for name, value, default in (("x0", x0, 0.0), ("v0", v0, np.nan)):
-        try:
-            numbers = np.full(shape, default) if value is None else np.asarray(value, float)
-        except (TypeError, ValueError):
-            raise InputError(f"{where}: {name} must be numbers, got {value!r}") from None
-        if numbers.shape != shape or (value is not None and not np.isfinite(numbers).all()):
-            wanted = f"finite, of shape {shape}" if shape else "a finite number"
-            raise InputError(f"{where}: {name} must be {wanted}, got {value!r}")
-        state.append(numbers)
-    return state[0], state[1], ()
+    x, v = initial_state(system, x0, v0, where)
+    unset = np.full(shape, np.nan)
+    return np.zeros(shape) if x is None else np.reshape(x, shape), unset if v is None else np.reshape(v, shape), ()
 
 
 def periods_to_decide(value: int, where: str) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean
+from stickslip.files.checks import did_you_mean, numbers
 from stickslip.model.system import Oscillator, System, paths_of, system_from_dict, usual_name
 
 #: Names of a start: position and velocity, for a system of masses with the number of the mass, ``x0.1``.
@@ -116,16 +116,47 @@ def _driven(document: Mapping[str, Any]) -> list[int] | None:
     return None if contacts is None else [i for i, item in enumerate(contacts) if item.get("other") is None]
 
 
-def grid(name: str, values: ArrayLike, where: str) -> NDArray[np.float64]:
-    """The values of an axis: finite numbers in increasing order.
+def initial_state(
+    system: Oscillator | System, x0: ArrayLike | None, v0: ArrayLike | None, where: str
+) -> tuple[list[float] | None, list[float] | None]:
+    """Positions and velocities of the masses at the start as the core reads them; None where they are not given.
 
-    >>> grid("damping", [0.1, 0.2], "example")
-    array([0.1, 0.2])
+    >>> from stickslip import paper
+    >>> initial_state(paper.oscillator(0.3), 0.5, None, "example")
+    ([0.5], None)
+    """
+    x, v = (
+        None if value is None else numbers(name, value, system.masses, where, "mass")
+        for name, value in zip(STARTS, (x0, v0), strict=True)
+    )
+    return x, v
+
+
+def axis_of(name: str, values: ArrayLike, where: str) -> NDArray[np.float64]:
+    """The values of an axis: finite numbers, at least one.
+
+    >>> axis_of("damping", 0.1, "example")
+    array([0.1])
     """
     try:
         axis = np.atleast_1d(np.asarray(values, float))
     except (TypeError, ValueError):
         raise InputError(f"{where}: the values of {name} must be numbers, got {values!r}") from None
-    if axis.ndim != 1 or axis.size == 0 or not np.isfinite(axis).all() or (np.diff(axis) <= 0).any():
+    if axis.ndim != 1 or not axis.size:
+        raise InputError(f"{where}: {name} must be a list of one number or more, got shape {axis.shape}")
+    if not np.isfinite(axis).all():
+        index = int(np.argmin(np.isfinite(axis)))
+        raise InputError(f"{where}: {name} must be finite numbers, got {axis[index]} at place {index}")
+    return axis
+
+
+def grid(name: str, values: ArrayLike, where: str) -> NDArray[np.float64]:
+    """The values of an axis, in increasing order.
+
+    >>> grid("damping", [0.1, 0.2], "example")
+    array([0.1, 0.2])
+    """
+    axis = axis_of(name, values, where)
+    if (np.diff(axis) <= 0).any():
         raise InputError(f"{where}: the values of {name} must be a list of finite numbers in increasing order")
     return axis

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.files.checks import did_you_mean, fits, fraction, number, time_limit, whole_number
-from stickslip.model.parameters import path_in
+from stickslip.model.parameters import axis_of, document_of, path_in
 from stickslip.model.system import Oscillator, System
 
 if TYPE_CHECKING:
@@ -84,13 +84,7 @@ def simulate_many(
     for name, count in (("keep", keep), ("max_events", max_events), ("workers", workers or 1)):
         whole_number(name, count, "simulate_many")
     time_limit(max_seconds, "simulate_many")
-    axes = {name: np.atleast_1d(np.asarray(values, float)) for name, values in over.items()}
-    for name, values in axes.items():
-        if values.ndim != 1 or not values.size:
-            raise InputError(f"simulate_many: {name} must be a list of one number or more, got shape {values.shape}")
-        if not np.isfinite(values).all():
-            index = int(np.argmin(np.isfinite(values)))
-            raise InputError(f"simulate_many: {name} must be finite numbers, got {values[index]} at place {index}")
+    axes = {name: axis_of(name, values, "simulate_many") for name, values in over.items()}
     held = keep if section else 0
     runs = math.prod(values.size for values in axes.values())
     fits(
@@ -98,7 +92,7 @@ def simulate_many(
         "simulate_many",
         "lower keep, or run the combinations in parts",
     )
-    document = json.loads(system.to_json())
+    document = document_of(system)
     paths = [_path(name, document) for name in axes]
     grid = np.stack([mesh.ravel() for mesh in np.meshgrid(*axes.values(), indexing="ij")], axis=1)
     end = number("t_end", t_end, "simulate_many")

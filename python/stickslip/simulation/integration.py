@@ -13,9 +13,10 @@ from scipy.optimize import brentq
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, number, numbers, positive, whole_number
+from stickslip.files.checks import did_you_mean, number, positive, whole_number
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
+from stickslip.model.parameters import initial_state
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Work
 from stickslip.simulation.scipy_solver import METHODS, USUAL, Counted, solved
@@ -94,8 +95,8 @@ def integrate(
     whole_number("max_events", max_events, "integrate")
     end = positive("t_end", t_end, "integrate")
     whole = system.to_system()
-    x = np.zeros(whole.masses) if x0 is None else np.array(numbers("x0", x0, whole.masses, "integrate", "mass"))
-    v = None if v0 is None else numbers("v0", v0, whole.masses, "integrate", "mass")
+    at, v = initial_state(whole, x0, v0, "integrate")
+    x = np.zeros(whole.masses) if at is None else np.array(at)
     core = _core.StateSystem(whole.to_json())
     begin, slip = core.start(x, v)
     if state is None:

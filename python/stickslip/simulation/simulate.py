@@ -6,7 +6,8 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.files.checks import number, numbers, time_limit, whole_number
+from stickslip.files.checks import number, time_limit, whole_number
+from stickslip.model.parameters import initial_state
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 
@@ -60,12 +61,7 @@ def simulate(
         from stickslip.simulation.integration import integrate
 
         return integrate(system, t_end, x0, v0, max_events, max_seconds=max_seconds)
-    run = (
-        None if x0 is None else numbers("x0", x0, system.masses, "simulate", "mass"),
-        None if v0 is None else numbers("v0", v0, system.masses, "simulate", "mass"),
-        number("t_end", t_end, "simulate"),
-        max_events,
-    )
+    run = (*initial_state(system, x0, v0, "simulate"), number("t_end", t_end, "simulate"), max_events)
     try:
         core = _core.Orbit.simulate(system.core, run, max_seconds)
     except ValueError as error:
