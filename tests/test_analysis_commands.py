@@ -221,7 +221,7 @@ def test_motions_that_may_still_change_are_counted_and_hatched(tmp_path, capsys)
     [
         (["sweep", "--over", "speed=1:2:3"], "stickslip: sweep: the system has no number 'speed'"),
         (["basins", "--x", "0:1:3", "--v", "0:1"], "--v: expected LO:HI:N or A,B,C, such as -1:1:60, got '0:1'"),
-        (["basins", "--x", "0:1:3", "--v", "0:1:3", "--mass", "1"], "mass must be from 0 to 0, counted from 0, got 1"),
+        (["basins", "--x", "0:1:3", "--v", "0:1:3", "--mass", "1"], "mass must be a whole number from 0 to 0, got 1"),
         (["continue", "--over", "speed=1:2"], "stickslip: continue: the system has no number 'speed'"),
     ],
 )

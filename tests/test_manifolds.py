@@ -240,7 +240,7 @@ def test_what_several_masses_have_no_curve_of_is_refused(two_cycles):
         ss.manifold(orbit, "stable")
     with pytest.raises(ss.InputError, match="phase is that of a forcing, and nothing forces this system"):
         ss.manifold(orbit, phase=0.5)
-    with pytest.raises(ss.InputError, match="contact must be a number from 0 to 1, got 2"):
+    with pytest.raises(ss.InputError, match="contact must be a whole number from 0 to 1, got 2"):
         ss.manifold(orbit, contact=2)
 
 

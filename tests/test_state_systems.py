@@ -169,7 +169,7 @@ MIXED = [ss.Contact(0, ss.laws.LuGre(**BRISTLES), 0.1), ss.Contact(1, ss.laws.Co
         (lambda: ss.simulate(PAIR, 5.0, x0=0.1), r"x0 must have the shape \(2,\), one number a mass, got \(\)"),
         (lambda: ss.integrate(PAIR, 5.0, state=[0.1]), r"state must have the shape \(2,\), one number a contact"),
         (lambda: ss.integrate(ss.chain(2, ss.laws.Coulomb(1), 0.1), 5.0), "Coulomb has no internal state; use"),
-        (lambda: ss.simulate(PAIR, 1.0).regime(contact=2), "contact must lie from 0 to 1, got 2"),
+        (lambda: ss.simulate(PAIR, 1.0).regime(contact=2), "contact must be a whole number from 0 to 1, got 2"),
         (lambda: ss.simulate(ss.Oscillator(0, 0.1, Regularised.example()), 1).state(0.5), "no law of this system has"),
     ],
 )  # fmt: skip

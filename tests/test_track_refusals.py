@@ -161,6 +161,10 @@ def test_setups_that_cannot_be(table, match):
         ({"points": [[0, 0], [1, 0]], "length": 1}, "choose points far from each other"),
         ({"marks": [[0, 0], [1, 0]], "positions": [0]}, "lists of one length"),
         (
+            {"marks": [[0, 0], [10, 0], [20, 0]], "positions": [0, 1, 2], "order": 5},
+            "calibration by 3 marks: order must be a whole number from 1 to 2, got 5",
+        ),
+        (
             {"ruler": "nothing.png", "first": [0, 0], "second": [9, 0], "last": [99, 0], "pitch": 1},
             "no such file; give the path of a picture",
         ),

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike
 from stickslip.dynamics.regime_maps import map_plan
 from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.tasks import Plan, Progress, compute
-from stickslip.errors import InputError
 from stickslip.files.arrays import AnyArray
-from stickslip.files.checks import positive
+from stickslip.files.checks import positive, whole_number
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.attractor import ATTRACTOR, alike
 
@@ -89,8 +88,7 @@ def basins(
     (['stable_slip', 'stick_slip'], [0.5, 0.5])
     """
     positive("same", same, "basins")
-    if isinstance(mass, bool) or not isinstance(mass, int) or not 0 <= mass < system.masses:
-        raise InputError(f"basins: mass must be from 0 to {system.masses - 1}, counted from 0, got {mass!r}")
+    whole_number("mass", mass, "basins", 0, system.masses - 1)
     masses = system.masses if isinstance(system, System) else None
     plan = map_plan(
         "basins",

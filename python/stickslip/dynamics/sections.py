@@ -14,7 +14,7 @@ from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.files.checks import fraction, number, time_limit, whole_number
 from stickslip.model.drive import Drive
-from stickslip.model.parameters import initial_state, is_dimensionless
+from stickslip.model.parameters import contact_of, initial_state, is_dimensionless
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate
@@ -131,19 +131,6 @@ def section(
 def _units(system: Oscillator | System) -> dict[str, str]:
     si = {"t": "s", "x": "m", "v": "m/s", "force": "N", "stick_time": "s", "force_rate": "N/s"}
     return dict.fromkeys(si, "1") if is_dimensionless(system) else si
-
-
-def contact_of(system: Oscillator | System, contact: int, where: str) -> int:
-    """The contact that is looked at, if the system has it.
-
-    >>> from stickslip import paper
-    >>> contact_of(paper.oscillator(0.3), 0, "example")
-    0
-    """
-    count = len(system.contacts)
-    if isinstance(contact, bool) or not isinstance(contact, int) or not 0 <= contact < count:
-        raise InputError(f"{where}: contact must be a number from 0 to {count - 1}, got {contact!r}")
-    return contact
 
 
 def points_of(orbit: Orbit, surface: Surface, after: float, contact: int = 0) -> Array:

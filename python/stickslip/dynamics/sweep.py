@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.dynamics.sections import contact_of
 from stickslip.dynamics.surface import Surface, forcing_frequency, surface_from, usual_surface
 from stickslip.errors import InputError
 from stickslip.files.arrays import AnyArray
 from stickslip.files.checks import number
-from stickslip.model.parameters import initial_state, varied
+from stickslip.model.parameters import contact_of, initial_state, varied
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.integration import integrate
 from stickslip.simulation.regimes import PARTS

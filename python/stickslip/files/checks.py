@@ -72,14 +72,16 @@ def numbers(name: str, value: Any, count: int, where: str, one_a: str, *, finite
     return [number(name, item, where) if finite else item for item in values.ravel().tolist()]
 
 
-def whole_number(name: str, value: object, where: str, least: int = 1) -> int:
-    """`value`, if it is a whole number of at least `least` that the core can count to.
+def whole_number(name: str, value: object, where: str, least: int = 1, most: int | None = None) -> int:
+    """`value`, if it is a whole number of at least `least` and at most `most`, and the core can count to it.
 
     >>> whole_number("keep", 32, "simulate_many")
     32
     """
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value < 2**63:
-        raise InputError(f"{where}: {name} must be a whole number of at least {least}, got {value!r}")
+    end = 2**63 - 1 if most is None else most
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= end:
+        limits = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise InputError(f"{where}: {name} must be a whole number {limits}, got {value!r}")
     return value
 
 

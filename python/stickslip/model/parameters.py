@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, numbers
+from stickslip.files.checks import did_you_mean, numbers, whole_number
 from stickslip.model.system import Oscillator, System, paths_of, system_from_dict, usual_name
 
 #: Names of a start: position and velocity, for a system of masses with the number of the mass, ``x0.1``.
@@ -114,6 +114,16 @@ def _driven(document: Mapping[str, Any]) -> list[int] | None:
     """Of the document of masses the contacts on a drive; None for an oscillator."""
     contacts = document.get("contacts")
     return None if contacts is None else [i for i, item in enumerate(contacts) if item.get("other") is None]
+
+
+def contact_of(system: Oscillator | System, contact: int, where: str) -> int:
+    """The contact that is looked at, if the system has it.
+
+    >>> from stickslip import paper
+    >>> contact_of(paper.oscillator(0.3), 0, "example")
+    0
+    """
+    return whole_number("contact", contact, where, 0, len(system.contacts) - 1)
 
 
 def initial_state(

@@ -18,6 +18,7 @@ from stickslip.files.checks import fraction
 from stickslip.files.equality import alike
 from stickslip.files.netcdf import read_tree, write_netcdf
 from stickslip.files.notebook import InNotebook
+from stickslip.model.parameters import contact_of
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.regimes import regime_of, regime_of_stop
 
@@ -246,8 +247,7 @@ class Orbit(InNotebook):
         fraction("transient", transient, "regime")
         if not self._contacts:
             raise InputError("regime: the system has no contact, whose stick and slip a regime is")
-        if not 0 <= contact < self._contacts:
-            raise InputError(f"regime: contact must lie from 0 to {self._contacts - 1}, got {contact}")
+        contact_of(self.system, contact, "regime")
         enough = not self.t_end < self.system.natural_period < np.inf
         if (stopped := regime_of_stop(self.stop, enough)) is not None:
             return stopped

@@ -13,7 +13,7 @@ import numpy as np
 from stickslip import _core
 from stickslip.dynamics.periodic.derivatives import fundamental_matrix
 from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit, from_section
-from stickslip.dynamics.sections import contact_of, points_of
+from stickslip.dynamics.sections import points_of
 from stickslip.dynamics.surface import Surface
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
@@ -21,6 +21,7 @@ from stickslip.files.checks import number, positive
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.drive import Drive
+from stickslip.model.parameters import contact_of
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit
 from stickslip.simulation.simulate import simulate

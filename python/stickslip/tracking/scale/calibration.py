@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number
+from stickslip.files.checks import number, whole_number
 from stickslip.files.median_deviation import MAD_TO_SIGMA
 from stickslip.files.schema import check_keys
 from stickslip.tracking.scale.ruler import find_marks
@@ -305,10 +305,7 @@ def _from_marks(
         marked = np.array([_pair(mark, "marks") for mark in marks])
         positions = np.array([_coordinate("positions", value) for value in given])
         order, of = table.get("order", 1), "the marks given"
-    if isinstance(order, bool) or not isinstance(order, int) or not 1 <= order < len(marked):
-        raise InputError(
-            f"calibration: order must be a whole number in [1, {len(marked) - 1}] for {len(marked)} marks, got {order!r}"
-        )
+    whole_number("order", order, f"calibration by {len(marked)} marks", 1, len(marked) - 1)
     straight = marked if base["lens"] is None else base["lens"].straighten(marked)
     middle = straight.mean(axis=0)
     along = np.linalg.svd(straight - middle)[2][0]
