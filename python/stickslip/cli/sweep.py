@@ -107,6 +107,8 @@ def settings(options: argparse.Namespace, progress: Any) -> dict[str, Any]:
 
 def run(options: argparse.Namespace) -> None:
     from stickslip.dynamics import orbit_diagram, regime_map
+    from stickslip.dynamics.diagrams import windows
+    from stickslip.dynamics.regime_maps import shares
     from stickslip.model.system_file import load_system_document
 
     system, simulation = load_system_document(options.system)
@@ -169,38 +171,6 @@ def lengths(options: argparse.Namespace) -> dict[str, Any]:
 
 def _advice(decide: int) -> str:
     return "raise --transient or --decide" if decide else "raise --transient, or follow them on with --decide 500"
-
-
-def windows(result: xr.Dataset) -> list[dict[str, Any]]:
-    """Where neighbouring values of a diagram have motions that come back alike, of each direction in turn; none of a map."""
-    from itertools import groupby
-
-    if "parameter" not in result.attrs:
-        return []
-    values = result[result.attrs["parameter"]].to_numpy().tolist()
-    table = result[["recurrence", "period"]]
-    if "direction" not in table.dims:
-        table = table.expand_dims(direction=[""])
-    found = []
-    for i, direction in enumerate(table["direction"].to_numpy().tolist()):
-        words, periods = (table[name].isel(direction=i).to_numpy().tolist() for name in ("recurrence", "period"))
-        periods = [period if word == "periodic" else 0 for period, word in zip(periods, words, strict=True)]
-        motions = list(zip(values, words, periods, strict=True))
-        for (word, period), group in groupby(motions, key=lambda item: item[1:]):
-            ends = [item[0] for item in group]
-            found.append(
-                {"direction": direction, "from": ends[0], "to": ends[-1], "recurrence": word, "period": period}
-            )
-    return found
-
-
-def shares(result: xr.Dataset, name: str) -> dict[str, float]:
-    """The share of each word of a variable among the runs, the greatest first."""
-    import numpy as np
-
-    words, counts = np.unique(result[name].to_numpy().astype("<U16"), return_counts=True)
-    order = np.argsort(-counts, kind="stable")
-    return {str(words[i]): float(counts[i] / counts.sum()) for i in order}
 
 
 def _plot(result: xr.Dataset, path: str, quantity: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -153,6 +154,38 @@ def orbit_diagram(
         busiest = max(int(np.isfinite(diagram[name].to_numpy()).sum(axis=-1).max()) for name in lists)
         diagram = diagram.isel(point=slice(max(1, busiest)))
     return diagram.isel(direction=0, drop=True) if isinstance(direction, str) else diagram
+
+
+def windows(diagram: xr.Dataset) -> list[dict[str, Any]]:
+    """Where neighbouring values of a diagram have motions that come back alike, of each direction in turn.
+
+    Returns
+    -------
+    For each: ``direction`` ("" where there is one), the values ``from`` and ``to``, ``recurrence`` and, where the motion is
+    periodic, ``period`` (else 0). None of a map.
+
+    >>> from stickslip import paper
+    >>> found = windows(orbit_diagram(paper.oscillator(0.3), "drive_velocity", [0.2, 0.3, 0.45, 0.5]))
+    >>> [(item["from"], item["to"], item["recurrence"]) for item in found]
+    [(0.2, 0.3, 'periodic'), (0.45, 0.5, 'rests')]
+    """
+    if "parameter" not in diagram.attrs:
+        return []
+    values = diagram[diagram.attrs["parameter"]].to_numpy().tolist()
+    table = diagram[["recurrence", "period"]]
+    if "direction" not in table.dims:
+        table = table.expand_dims(direction=[""])
+    found = []
+    for i, direction in enumerate(table["direction"].to_numpy().tolist()):
+        words, periods = (table[name].isel(direction=i).to_numpy().tolist() for name in ("recurrence", "period"))
+        periods = [period if word == "periodic" else 0 for period, word in zip(periods, words, strict=True)]
+        motions = list(zip(values, words, periods, strict=True))
+        for (word, period), group in groupby(motions, key=lambda item: item[1:]):
+            ends = [item[0] for item in group]
+            found.append(
+                {"direction": direction, "from": ends[0], "to": ends[-1], "recurrence": word, "period": period}
+            )
+    return found
 
 
 def _directions(direction: str | Sequence[str]) -> list[str]:

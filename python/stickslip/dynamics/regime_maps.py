@@ -88,6 +88,18 @@ def regime_map(
     return compute(plan, store=store, workers=workers, cluster=cluster, progress=progress, max_seconds=max_seconds)
 
 
+def shares(result: xr.Dataset, name: str) -> dict[str, float]:
+    """The share of each word of a variable among the runs of a map or a diagram, the greatest first.
+
+    >>> from stickslip import paper
+    >>> shares(regime_map(paper.oscillator(0.3), {"drive_velocity": [0.2, 0.25, 0.3, 0.45]}), "regime")
+    {'almost_harmonic': 0.5, 'stable_slip': 0.25, 'stick_slip': 0.25}
+    """
+    words, counts = np.unique(result[name].to_numpy().astype("<U16"), return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    return {str(words[i]): float(counts[i] / counts.sum()) for i in order}
+
+
 def map_plan(
     name: str,
     system: Oscillator | System,
