@@ -41,7 +41,6 @@ export interface OrbitEvent {
   forceRate: number;
 }
 
-export const KINDS = ["release", "capture", "crossing", "reversal", "node", "hold"];
 export const RELEASE = 0;
 
 export function simulate(core: Core, state: State, samples = 4000): Orbit {

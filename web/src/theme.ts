@@ -29,7 +29,6 @@ const DARK: Theme = {
 
 export const theme = (): Theme => (document.documentElement.dataset["theme"] === "dark" ? DARK : LIGHT);
 export const SERIF = "'STIX Two Text', 'Cambria Math', Georgia, serif";
-export const BRANCHES = ["fall", "upper", "common", "lower", "climb", "steep"];
 
 /** The colour of a mode of a law: grey while stuck, else that of its branch. */
 export function colourOf(law: string, mode: number): string {
