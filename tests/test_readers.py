@@ -168,6 +168,15 @@ def test_matlab_files_are_read_as_by_the_library(options, tmp_path):
     assert "words" not in found
 
 
+def test_a_matlab_variable_that_hides_those_behind_it_is_refused(tmp_path):
+    savemat(tmp_path / "r.mat", {"t": np.arange(9.0), "x": np.arange(9.0)})
+    content = bytearray((tmp_path / "r.mat").read_bytes())
+    content[134] = 1  # the first says that it has 65536 bytes more
+    (tmp_path / "r.mat").write_bytes(content)
+    with pytest.raises(ss.InputError, match=r"r\.mat: not a whole MATLAB v5 file.*it ends within a variable"):
+        read_columns(tmp_path / "r.mat")
+
+
 def test_real_matlab_files_are_read_as_by_the_library(shared_data):
     for path in shared_data.rglob("*.mat"):
         known = loadmat(path)
