@@ -42,6 +42,19 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.write("".join(f"{line}\n" for line in lines))
 
 
+@pytest.fixture(scope="session")
+def refused():
+    """The check that a call is refused, in one sentence that matches."""
+    from stickslip import InputError
+
+    def check(sentence, call):
+        with pytest.raises(InputError, match=sentence) as caught:
+            call()
+        assert "\n" not in str(caught.value)
+
+    return check
+
+
 @pytest.fixture(autouse=True)
 def figures_closed():
     """What a test drew is closed behind it: pyplot warns from the twentieth figure on, whichever tests drew them."""

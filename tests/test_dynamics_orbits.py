@@ -6,13 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from evidence import script
 
 import stickslip as ss
 
-
-def den_hartog(omega: float, friction: float, damping: float = 0.0) -> ss.Oscillator:
-    """x″ + d x′ + x = cos Ω t − S sgn x′."""
-    return ss.Oscillator(damping, 0.0, ss.laws.Coulomb(friction), forcing=ss.Harmonic(1.0, omega))
+den_hartog = script("stability").den_hartog
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.1, 0.2, 0.3])

@@ -12,6 +12,7 @@ import xarray as xr
 from explorer_page import FRAME, drawn, facts
 from matplotlib.figure import Figure
 from PIL import Image
+from real_records import RIGS
 
 import stickslip as ss
 from stickslip.explorer import content_of, content_of_system, page
@@ -300,7 +301,7 @@ def fitted_by_hand(browser, keys):
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["StaticKinetic", "DwellTime", "LogarithmicDwell"])
 def test_the_fit_of_a_real_record_lies_within_the_intervals_of_identify(opened, shared_data, tmp_path, law):
-    rig = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs" / "paper_slider_k168_v42.toml"
+    rig = RIGS / "paper_slider_k168_v42.toml"
     friction = tmp_path / "friction.nc"
     ss.measure(shared_data / "paper_stickslip" / "k168Nm_v42.mat", rig).to_netcdf(friction)
     drop(opened, "page.html", page(**content_of(friction)))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from real_records import RIGS
 
 from stickslip.identification import compare_motion, fit_static_friction, identify, predict_motion
 from stickslip.identification.records import FrictionRecord, read_records
@@ -14,7 +15,6 @@ from stickslip.measurement import measure
 
 pytestmark = pytest.mark.slow
 
-RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 RUNS = ("k168_v42", "k168_v1100", "k168_v4300", "k1002_v42")
 
 

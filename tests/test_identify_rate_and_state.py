@@ -5,20 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from real_records import RIGS
 from scipy.integrate import solve_ivp
+from test_identify_velocity_step import RIG
 
 import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.identification import fit_velocity_steps
 from stickslip.measurement import measure
 
-RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 A, B, LENGTH, STIFFNESS, LEVEL = 0.010, 0.008, 1e-5, 1e4, 0.6
 SPEEDS = 1e-6 * np.array([1, 3, 10, 30, 10, 3, 1, 3])
-RIG = {
-    "instrument": "velocity_steps",
-    "columns": {"time": "t", "displacement": "x", "force": {"column": "f", "unit": "1"}},
-}
 
 
 def steps_record(form: str, seed: int, noise: float = 3e-4, wave: float = 0.0) -> dict[str, np.ndarray]:

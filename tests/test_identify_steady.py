@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from real_records import measured
 from scipy.optimize import curve_fit
 from scipy.signal import lfilter
 
@@ -13,21 +14,11 @@ import stickslip as ss
 from stickslip.identification import fit_static_friction, fit_steady
 from stickslip.identification.steady.curves import Rows
 from stickslip.identification.steady.single_form_fit import fit_form
-from stickslip.measurement import measure
-
-RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 
 
 def curve(w, force, error, **more):
     columns = {"slip_velocity": w, "force": force, "force_error": np.full(len(w), error), **more}
     return xr.DataTree.from_dict({"/steady": xr.Dataset({name: ("row", values) for name, values in columns.items()})})
-
-
-def measured(shared_data, rig, *patterns):
-    files = [path for pattern in patterns for path in sorted(shared_data.glob(pattern))]
-    if not files:
-        pytest.skip(f"no records {patterns} in {shared_data}")
-    return measure(files, RIGS / f"{rig}.toml")
 
 
 def inside(parameters, name, value):

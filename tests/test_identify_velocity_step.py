@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from real_records import RIGS
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
@@ -12,7 +13,6 @@ from stickslip.identification import fit_velocity_step, fit_velocity_steps
 from stickslip.identification.kinetic.step_search import is_undetermined, with_limits
 from stickslip.measurement import measure
 
-RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 A, B, LENGTH, STIFFNESS, LEVEL, V = 0.010, 0.008, 1e-5, 1e4, 0.6, 3e-6
 
 

@@ -5,20 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from real_records import RIGS, measured
 
 import stickslip as ss
 from stickslip.measurement import INSTRUMENTS, facts, load_rig, measure
 
-RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 KIP = 4448.2216
 RPM = np.pi / 30
-
-
-def measured(shared_data: Path, rig: str, *patterns: str) -> xr.DataTree:
-    files = [path for pattern in patterns for path in sorted(shared_data.glob(pattern))]
-    if not files:
-        pytest.skip(f"no records {patterns} in {shared_data}")
-    return measure(files, RIGS / f"{rig}.toml")
 
 
 def notes(friction: xr.DataTree) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from real_records import RIGS
 from scipy.io import savemat
 
 import stickslip as ss
@@ -221,7 +222,7 @@ def test_a_real_look_run_has_its_length_and_its_friction(shared_data: Path) -> N
     path = shared_data / "rock_biax_p446" / "p446s7tr005l"
     if not path.exists():
         pytest.skip("no rock_biax_p446 among the real records")
-    bench = load_rig(Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs" / "rock_biax_p446.toml")
+    bench = load_rig(RIGS / "rock_biax_p446.toml")
     whole = INSTRUMENTS[bench.instrument].read(path, replace(bench, read=Layout(format="look")))
     assert len(whole.time) == 149058
     assert whole.time[-1] == pytest.approx(7290.0, abs=1e-3)

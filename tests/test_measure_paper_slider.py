@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from real_records import RIGS
 
 from stickslip.measurement import measure
-
-RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 
 
 @lru_cache

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from real_records import RIGS
 
 import stickslip as ss
 from stickslip.errors import InputError
@@ -51,8 +52,7 @@ def test_a_unit_of_another_size_is_never_proposed() -> None:
 
 
 def test_example_rigs_are_read() -> None:
-    folder = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
-    rigs = [load_rig(path) for path in sorted(folder.glob("*.toml"))]
+    rigs = [load_rig(path) for path in sorted(RIGS.glob("*.toml"))]
     assert len(rigs) >= 15
     for rig in rigs:
         text = rig.toml if isinstance(rig, InstrumentRig) else rig.to_toml()

@@ -9,9 +9,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from real_records import RIGS
 
 ROOT = Path(__file__).parents[1]
-RIGS = ROOT / "python/stickslip/examples/rigs"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 

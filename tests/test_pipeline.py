@@ -3,14 +3,12 @@
 import contextlib
 import io
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
+from real_records import RIGS
 
 from stickslip.cli.main import main
-
-RIGS = Path(__file__).parents[1] / "python" / "stickslip" / "examples" / "rigs"
 
 
 def run(capsys, *arguments):

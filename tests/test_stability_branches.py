@@ -10,20 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evidence import script
 from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.cli.main import main
 
-
-def den_hartog(omega: float, friction: float) -> ss.Oscillator:
-    """x″ + x = cos Ω t − S sgn x′."""
-    return ss.Oscillator(0.0, 0.0, ss.laws.Coulomb(friction), forcing=ss.Harmonic(1.0, omega))
-
-
-def thomsen_fidlin(beta: float, velocity: float) -> ss.Oscillator:
-    """Thomsen & Fidlin, Int. J. Non-Linear Mech. 38 (2003) 389: μ_s = 0.4, μ_m = 0.25, v_m = 0.5."""
-    return ss.Oscillator(2 * beta, velocity, ss.laws.Cubic(0.4, 1.5 * 0.15 / 0.5, 0.5 * 0.15 / 0.5**3))
+den_hartog = script("stability").den_hartog
 
 
 def kinds(result: object) -> dict[str, float]:

@@ -173,7 +173,5 @@ MIXED = [ss.Contact(0, ss.laws.LuGre(**BRISTLES), 0.1), ss.Contact(1, ss.laws.Co
         (lambda: ss.simulate(ss.Oscillator(0, 0.1, Regularised.example()), 1).state(0.5), "no law of this system has"),
     ],
 )  # fmt: skip
-def test_what_makes_no_sense_is_refused_in_one_sentence(make, sentence):
-    with pytest.raises(ss.InputError, match=sentence) as caught:
-        make()
-    assert "\n" not in str(caught.value)
+def test_what_makes_no_sense_is_refused_in_one_sentence(refused, make, sentence):
+    refused(sentence, make)
