@@ -72,7 +72,7 @@ TARGETS = {
     "picture": Target(whole_inputs.pictures, ".png", reading.read_image),
     "film": Target(whole_inputs.films, ".avi", reading.read_film),
 }
-SLOW = {"motion": 0.03, "orbit": 0.03, "friction": 0.03, "film": 0.01, "picture": 0.1, "tracker": 0.1}
+SLOW = {"matlab": 0.3, "motion": 0.03, "orbit": 0.03, "friction": 0.03, "film": 0.01, "picture": 0.1, "tracker": 0.1}
 QUICK = dict.fromkeys(("law", "law file", "system", "system file", "setup", "setup file"), 3.0)
 SHARES = SLOW | QUICK
 """Of the inputs of the others, by the time that one takes."""
