@@ -30,7 +30,6 @@ __all__ = [
     "follow",
     "halted",
     "law_facts",
-    "regime",
     "regime_of_stop",
     "section",
     "slip_evidence",
@@ -203,7 +202,6 @@ def displacement_errors(
     lengths: tuple[int, ...],
 ) -> _Floats: ...
 def without(motions: _Floats, residual: _Floats, prior: list[float], lengths: tuple[int, ...]) -> _Floats: ...
-def regime(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str: ...
 def regime_of_stop(stop: str, enough: bool) -> str | None: ...
 def section(
     system: System,

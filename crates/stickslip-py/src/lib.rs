@@ -49,12 +49,6 @@ fn law_facts() -> PyResult<String> {
     serde_json::to_string(&[Law::facts(), StateLaw::facts()].concat()).map_err(refused)
 }
 
-/// The kind of a steady motion, by its name.
-#[pyfunction]
-fn regime(stuck_share: f64, sticks: bool, w_min: f64, w_max: f64) -> &'static str {
-    Regime::of(stuck_share, sticks, [w_min, w_max]).name()
-}
-
 /// What the stop of a run says of its regime by itself, if anything.
 #[pyfunction]
 fn regime_of_stop(stop: &str, enough: bool) -> PyResult<Option<&'static str>> {
@@ -79,7 +73,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<samples::Samples>()?;
     module.add_function(wrap_pyfunction!(watch::halted, module)?)?;
     module.add_function(wrap_pyfunction!(batch::batch, module)?)?;
-    module.add_function(wrap_pyfunction!(regime, module)?)?;
     module.add_function(wrap_pyfunction!(regime_of_stop, module)?)?;
     module.add_function(wrap_pyfunction!(section::section, module)?)?;
     module.add_function(wrap_pyfunction!(sweep::sweep, module)?)?;

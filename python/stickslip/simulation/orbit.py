@@ -20,7 +20,7 @@ from stickslip.files.netcdf import read_tree, write_netcdf
 from stickslip.files.notebook import InNotebook
 from stickslip.model.parameters import contact_of
 from stickslip.model.system import Oscillator, System, system_from_dict
-from stickslip.simulation.regimes import regime_of, regime_of_stop
+from stickslip.simulation.regimes import regime_of_stop
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -251,18 +251,10 @@ class Orbit(InNotebook):
         enough = not self.t_end < self.system.natural_period < np.inf
         if (stopped := regime_of_stop(self.stop, enough)) is not None:
             return stopped
-        start = transient * self.t_end
-        times = self.times()
-        late = self._all(times[times >= start])
-        w = late["slip_velocity"].reshape(-1, self._contacts)[:, contact]
-        share, sticks = self._adhesion(late, start, contact)
-        return regime_of(share, sticks, float(w.min()), float(w.max()))
-
-    def _adhesion(self, late: dict[str, NDArray[Any]], start: float, contact: int) -> tuple[float, bool]:
-        """The share of the time in which a contact sticks, and whether adhesion held or broke at any time."""
-        stuck = late["stuck"].reshape(-1, self._contacts)[:, contact]
-        events = self.events[(self.events["t"] >= start) & (self.events["contact"] == contact)]
-        return float(stuck.mean()), bool((events["kind"] == "release").any() or stuck.any())
+        look = {"transient": transient, "window": 1 - transient, "tolerance": 1e-6, "points": 0, "contact": contact}
+        # The motion is there already: no more events are needed, and no section is looked at.
+        row = self._steady(json.dumps(look | {"max_events": 0}), self.t_end, json.dumps({"event": "release"}), contact)
+        return _core.REGIMES[int(row["regime"][0])]
 
     def save(self, path: str | Path) -> Path:
         """Write a netCDF file: the sampled motion at the root, the groups ``events`` and ``segments``.

@@ -32,21 +32,6 @@ RECURRENCE = {
 }
 
 
-def regime_of(stuck_share: float, sticks: bool, w_min: float, w_max: float) -> str:
-    """The kind of a motion.
-
-    Parameters
-    ----------
-    stuck_share : share of the time in which the mass sticks, in [0, 1].
-    sticks : whether adhesion held or broke at any time.
-    w_min, w_max : extremes of the slip velocity.
-
-    >>> regime_of(0.0, False, 0.1, 0.5), regime_of(0.3, True, 0.0, 1.0)
-    ('almost_harmonic', 'stick_slip')
-    """
-    return _core.regime(stuck_share, sticks, w_min, w_max)
-
-
 def regime_of_stop(stop: str, enough: bool) -> str | None:
     """What the stop of a run says of its regime by itself; None where the motion is to be looked at.
 
