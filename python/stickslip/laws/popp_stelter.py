@@ -16,7 +16,7 @@ class PoppStelter(Law):
     break_away : f_s ≥ f_k.
     kinetic : f_k ≥ 0, the force the hyperbola falls to.
     weakening : λ₁ ≥ 0, in 1/velocity.
-    square : λ₂, in 1/velocity².
+    square : λ₂, in force/velocity².
 
     Source: Popp & Stelter, Phil. Trans. R. Soc. A 332 (1990) 89.
 

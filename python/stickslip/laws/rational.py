@@ -1,4 +1,4 @@
-"""Kinetic friction that falls as 1/(1 + δw)."""
+"""Kinetic friction that falls as 1/(1 + λw)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from stickslip.laws.law import Law
 
 @dataclass(frozen=True)
 class Rational(Law):
-    """F = f_s/(1 + δ|w|) in motion, |F| ≤ f_s at rest.
+    """F = f_s/(1 + λ|w|) in motion, |F| ≤ f_s at rest.
 
     Parameters
     ----------
     break_away : f_s ≥ 0.
-    weakening : δ ≥ 0, in 1/velocity.
+    weakening : λ ≥ 0, in 1/velocity.
 
     Source: Leine, van Campen, de Kraker & van den Steen, Nonlinear Dynamics 16 (1998) 41.
 

@@ -84,17 +84,17 @@ def law_plot(
             back = np.concatenate([w, w[(w > low) & (w < top)][::-1], w[w >= low]])
             force, count = _replay(law, back), int((w >= low).sum())
             again = force[-count:]
-            name = "ẇ > 0, after a turn" if i == 0 else None
+            name = "ẇ > 0, after ẇ < 0" if i == 0 else None
             ax.plot(w[w >= low], again, color=OKABE_ITO["orange"], lw=1.0, ls="--", label=name)
     else:
         ax.plot(w, rising, color=OKABE_ITO["black"], label="kinetic")
     if isinstance(law, Asymmetric):
         back = -law.kinetic_force(-w[1:])
-        ax.plot(w[1:], back, color=OKABE_ITO["black"], ls="--", label="kinetic, w < 0 turned over")
+        ax.plot(w[1:], back, color=OKABE_ITO["black"], ls="--", label="kinetic, w < 0, shown as −F(−w)")
         rising = np.maximum(rising, back.max())
         ax.plot(0, law.break_away_force(0.0, -1e-300), "s", color=OKABE_ITO["green"], ms=4, clip_on=False, zorder=3)
     weakest, strongest = law.break_away_force(short), law.break_away_force(long)
-    ax.plot([0, 0], [0, weakest], color=OKABE_ITO["grey"], lw=2.2, solid_capstyle="butt", label="adhesion", zorder=1.5)
+    ax.plot([0, 0], [0, weakest], color=OKABE_ITO["grey"], lw=2.2, solid_capstyle="butt", label="at rest: |F| ≤ $f_s$", zorder=1.5)
     if strongest > weakest * (1 + 1e-12):
         ax.plot([0, 0], [weakest, strongest], color=OKABE_ITO["grey"], lw=2.2, ls=(0, (1, 0.6)), zorder=1.5)
         ax.plot(0, strongest, "o", mfc="white", mec=OKABE_ITO["green"], ms=5, clip_on=False, label=after_long)
