@@ -10,7 +10,7 @@ REGIMES = {
     "diverged": "the motion runs away: it grew beyond all numbers, by Taylor steps to 1e9 times the speed of its start",
     "unfinished": "the run ended before its time: too many events or an accumulation of them, a limit, numbers out of range",
     "at_rest": "stuck throughout",
-    "stick_slip": "adhesion holds and breaks, again and again",
+    "stick_slip": "sticks and slips alternate",
     "stable_slip": "the slip velocity is constant within 0.2 % of its size",
     "almost_harmonic": "the slip velocity oscillates and keeps its sign",
     "reversing_slip": "the slip velocity changes its sign without a stick",
