@@ -10,15 +10,15 @@ from stickslip.cli.terminal import Bar, Commands, say, say_json
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("critical", help="drive velocities at which steady slip and cycles change their kind")
     command.add_argument("system", metavar="SYSTEM.toml")
-    command.add_argument("--between", metavar="LO:HI", help="drive velocities that are searched")
+    command.add_argument("--between", metavar="LO:HI", help="range of drive velocities to search")
     command.add_argument(
-        "--max-seconds", type=float, metavar="S", help="end the search after so long, with what is confirmed"
+        "--max-seconds", type=float, metavar="S", help="end the search after so many seconds, with what is confirmed by then"
     )
     command.add_argument(
         "--samples",
         type=int,
         metavar="N",
-        help="95 %% intervals from so many laws drawn from the covariance of a law file",
+        help="95 %% intervals from N laws drawn from the covariance of a law file",
     )
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)

@@ -11,7 +11,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser(
         "example", help="copy a record, its rig file and a system file that ship with the package"
     )
-    command.add_argument("-o", "--output", default="example", metavar="FOLDER", help="where they go; default example")
+    command.add_argument("-o", "--output", default="example", metavar="FOLDER", help="folder to write; default example")
     command.set_defaults(run=run)
 
 

@@ -11,7 +11,7 @@ from stickslip.cli.terminal import Commands, say_written
 
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
-    command = commands.add_parser("explore", help="move a law by hand in a browser and see every motion")
+    command = commands.add_parser("explore", help="change a law by hand in a browser and see the motion follow")
     command.add_argument(
         "file",
         nargs="*",
@@ -19,7 +19,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="a law or system file (.toml), an orbit (.nc), friction records (.nc) to be fitted together, or a lesson (.md)",
     )
     command.add_argument(
-        "-o", "--output", metavar="PAGE.html", help="where the page goes; default: a cache of the user"
+        "-o", "--output", metavar="PAGE.html", help="file to write; default: in the cache folder of the user"
     )
     command.add_argument("--no-browser", action="store_true", help="write the page only")
     command.set_defaults(run=run)

@@ -33,12 +33,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument(
         "--law",
         metavar="NAME",
-        help="law to fit; default what the records can tell; Combined:STATIC:KINETIC names the parts of Combined too",
+        help="law to fit; default chosen from the records; Combined:STATIC:KINETIC also names the parts of Combined",
     )
     command.add_argument(
-        "--free", nargs="+", metavar="NAME", help="numbers of the law to fit; default what the records tell"
+        "--free", nargs="+", metavar="NAME", help="numbers of the law to fit; default chosen from the records"
     )
-    command.add_argument("--fixed", nargs="+", metavar="NAME=VALUE", help="numbers to hold")
+    command.add_argument("--fixed", nargs="+", metavar="NAME=VALUE", help="numbers that keep a given value")
     command.add_argument(
         "--bounds", nargs="+", metavar="NAME=LOW:HIGH", help="lowest and highest value of fitted numbers"
     )
@@ -68,19 +68,20 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--profile", action="store_true", help="intervals of --trajectories from the profile of the likelihood"
     )
     command.add_argument(
-        "--zero-error", type=float, metavar="LENGTH", help="of the displacement instrument, for --trajectories"
+        "--zero-error", type=float, metavar="LENGTH", help="standard error of the zero of the displacement instrument, for --trajectories"
     )
     command.add_argument(
         "--scale-error",
         type=float,
-        metavar="PART",
-        help="of the displacement instrument, for --trajectories; default what the records state, as those from films do",
+        metavar="SHARE",
+        help="relative standard error of the scale of the displacement instrument, for --trajectories; default that of the "
+        "records, which those from films have",
     )
     command.add_argument(
         "--steady",
         action="store_true",
         help="fit friction over slip velocity alone and compare its forms, with an offset or without; default for records "
-        "that tell no more",
+        "that show only this",
     )
     command.add_argument(
         "--compare",
@@ -92,14 +93,14 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--predict",
         nargs="+",
         metavar="RUN.nc|RIG.toml",
-        help="predict kind of motion, sticks, mean and highest force and main line of further runs by the law, beside what "
-        "was measured; a rig file (.toml) for a run of which there is no record",
+        help="predict regime, sticks, mean and highest force and main line of further runs by the law, beside the measured ones; "
+        "a rig file (.toml) stands for a run without a record",
     )
     command.add_argument(
         "--duration",
         type=float,
         metavar="TIME",
-        help="time of --predict in which sticks are counted; default that of each run",
+        help="length of time of --predict in which sticks are counted; default that of each run",
     )
     command.add_argument(
         "--no-simulation", action="store_true", help="do not compare a simulated motion with the measured one"

@@ -19,7 +19,7 @@ ENDINGS = {".c": "c", ".py": "python"}
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("law", help="show a law file: its numbers, a picture, a table with bands, code")
-    command.add_argument("law", metavar="LAW.toml", help="as identify -o writes it, or Law.save")
+    command.add_argument("law", metavar="LAW.toml", help="law file, written by identify -o or Law.save")
     command.add_argument(
         "--speed",
         type=float,
@@ -34,7 +34,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--code", metavar="FILE", help="write the law as a function for a simulator: FILE.c, or FILE.py for Python"
     )
     command.add_argument(
-        "--stick-time", type=float, metavar="T", help="rest that sets the static friction in --code, where it grows"
+        "--stick-time", type=float, metavar="T", help="stick time that sets the static friction in --code, where it grows"
     )
     command.set_defaults(run=run)
 

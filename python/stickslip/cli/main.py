@@ -102,7 +102,7 @@ FUNCTIONS = {
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="stickslip",
-        description="From a friction record to a friction law, and from the law to every motion.",
+        description="From a friction record to a friction law, and from the law to the motions of the system.",
     )
     parser.add_argument("--version", action="store_true", help="print the version and exit")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")

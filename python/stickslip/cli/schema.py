@@ -17,7 +17,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "schema", help="the JSON Schema of a kind of TOML file, with which editors complete and check it"
     )
     command.add_argument("document", choices=[*_schemas()], help="the kind of file")
-    command.add_argument("-o", "--output", metavar="FILE", help="where it goes; default: to the terminal")
+    command.add_argument("-o", "--output", metavar="FILE", help="file to write; default: print it")
     command.set_defaults(run=run)
 
 

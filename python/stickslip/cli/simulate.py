@@ -14,10 +14,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("--t-end", type=float, metavar="T", help="time to run; default: 50 natural periods")
     command.add_argument("--x0", type=float, help="position at t = 0; default 0")
     command.add_argument("--v0", type=float, help="velocity at t = 0; default that of the drive")
-    command.add_argument("--max-events", type=int, metavar="N", help="stop there at the latest")
-    command.add_argument("--max-seconds", type=float, metavar="S", help="stop after so long on the clock")
+    command.add_argument("--max-events", type=int, metavar="N", help="largest number of events")
+    command.add_argument("--max-seconds", type=float, metavar="S", help="stop after so many seconds")
     command.add_argument("-o", "--output", metavar="ORBIT.nc", help="write the orbit")
-    command.add_argument("--plot", metavar="FILE.png", help="draw the result")
+    command.add_argument("--plot", metavar="FILE.png", help="draw the orbit")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)
 

@@ -21,21 +21,21 @@ OPTIONS = ("finder", "masses", "marker", "channel", "size", "threshold", "level"
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("track", help="turn films or folders of images into motion files")
     command.add_argument("source", nargs="+", metavar="IMAGES_OR_VIDEO", help="a film each; or the images of one film")
-    command.add_argument("--setup", metavar="TRACK.toml", help="what to look for; the options below win over it")
-    command.add_argument("--finder", choices=("blob", "template", "fiducial"), help="how to look; default blob")
-    command.add_argument("--masses", type=int, metavar="N", help="how many markers; default 1")
+    command.add_argument("--setup", metavar="TRACK.toml", help="setup file; the options below override it")
+    command.add_argument("--finder", choices=("blob", "template", "fiducial"), help="method that finds the markers; default blob")
+    command.add_argument("--masses", type=int, metavar="N", help="number of markers; default 1")
     command.add_argument("--marker", metavar="COLOUR", help="dark (default), bright, red, green, ... or #rrggbb")
     command.add_argument("--channel", choices=("grey", "red", "green", "blue"), help="what brightness means")
     command.add_argument("--size", type=float, metavar="PX", help="diameter of a marker, to within a factor 2")
     command.add_argument("--threshold", type=float, metavar="GREY", help="least contrast of a marker")
     command.add_argument("--level", type=float, metavar="GREY", help="grey level of a body's outline")
-    command.add_argument("--opening", type=int, metavar="PX", help="take off what is thinner than this")
-    command.add_argument("--region", type=float, nargs=4, metavar=("X", "Y", "W", "H"), help="look only here")
-    command.add_argument("--moving", action="store_true", default=None, help="prefer what moves to what rests")
+    command.add_argument("--opening", type=int, metavar="PX", help="remove parts of a body that are thinner than this")
+    command.add_argument("--region", type=float, nargs=4, metavar=("X", "Y", "W", "H"), help="search only here")
+    command.add_argument("--moving", action="store_true", default=None, help="prefer a moving spot")
     command.add_argument("--max-jump", type=float, metavar="PX", help="farthest jump between two pictures")
     command.add_argument("--frame-rate", type=float, metavar="HZ", help="pictures per second of the camera")
     command.add_argument("--times", metavar="FILE", help="text file with one time a line")
-    command.add_argument("--scale", type=float, metavar="PX", help="px per m; a setup file knows other calibrations")
+    command.add_argument("--scale", type=float, metavar="PX", help="px per m; a setup file has other calibrations")
     command.add_argument(
         "-o", "--output", metavar="MOTION.nc|FOLDER",
         help="the motion file; for many films a folder; x, and so the rest of a rig, counts from the calibration's zero: the "
@@ -47,7 +47,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     command.add_argument(
         "--choose", nargs="?", const="", metavar="PAGE.html",
-        help="choose markers, scale and region on a page, which gives the setup file; opened, or only written to PAGE.html",
+        help="choose markers, scale and region on a page, which gives the setup file; opened in the browser, or only written to PAGE.html",
     )  # fmt: skip
     command.add_argument(
         "--field",
@@ -55,7 +55,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="PX",
         help="displacement and strain of the texture instead, on a grid of this spacing",
     )
-    command.add_argument("--free-fall", action="store_true", help="state the scale that the fall of the mass gives")
+    command.add_argument("--free-fall", action="store_true", help="print the scale that the free fall of the mass gives")
     command.add_argument("--again", action="store_true", help="of many films track also those that are finished")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)

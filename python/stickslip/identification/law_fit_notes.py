@@ -122,8 +122,8 @@ def notes_on_zero(records: Sequence[FrictionRecord], offset: bool) -> list[str]:
         else "The reading 0 of the instrument is taken as no force (zero of its column in the rig sets another)."
     )
     return [
-        f"{taken} All slip is one way, so nothing here can tell: where that zero is arbitrary, all friction forces are off "
-        "by the force it stands for, which no interval holds."
+        f"{taken} All slip is one way, so the record cannot show it: where that zero is arbitrary, all friction forces are off "
+        "by the force it stands for. This error is not included in any interval."
     ]
 
 

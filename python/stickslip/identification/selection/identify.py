@@ -313,5 +313,5 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
                 (w, force), (last, end) = kinetic.nodes
                 slope = (end - force) / (last - w)
                 reason += f": the line {force:.4g} {'-' if slope < 0 else '+'} {abs(slope):.4g} w"
-        return replace(found, notes=[f"No law was asked for; {kind.__name__} was taken: {reason}.", *found.notes])
+        return replace(found, notes=[f"No law was requested; {kind.__name__} was taken: {reason}.", *found.notes])
     raise InputError(refused[0])
