@@ -162,7 +162,7 @@ def test_outliers_do_not_bend_the_fit():
 def test_one_force_rate_is_said_to_leave_its_effect_open():
     random, t_s = scattered(5)
     found = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size)))
-    assert "cannot be told apart" in " ".join(found.notes)
+    assert "cannot be separated" in " ".join(found.notes)
 
 
 def test_stick_time_tied_to_force_rate_is_said():
@@ -222,7 +222,7 @@ def test_free_force_rate_is_not_called_tied():
     random, t_s = scattered(7)
     rate = 10 ** random.uniform(-1, 1, t_s.size)
     found = fit_static_friction(friction(t_s, 0.7 + 0.01 * random.standard_normal(t_s.size), force_rate=rate))
-    assert not [note for note in found.notes if "tied" in note or "cannot be told apart" in note]
+    assert not [note for note in found.notes if "tied" in note or "cannot be separated" in note]
 
 
 @pytest.mark.slow
@@ -384,7 +384,7 @@ def test_a_drift_that_mimics_growth_is_said():
     t_s = np.geomspace(0.1, 10, 120) * 10 ** (0.2 * random.standard_normal(120))
     force = 0.6 + 0.001 * np.arange(120) + 0.004 * random.standard_normal(120)
     found = fit_static_friction(friction(t_s, force))
-    assert "a drift and growth with rest cannot be told apart" in " ".join(found.notes)
+    assert "a drift and growth with rest cannot be separated" in " ".join(found.notes)
 
 
 @pytest.mark.long
@@ -515,7 +515,7 @@ def test_the_form_of_the_law_is_chosen_or_named_among_those_that_do_as_well(form
         t_s = 10 ** random.uniform(-0.5, 1, 30)
         exact = law.break_away_force(t_s)
         found = fit_static_friction(friction(t_s, exact + 0.05 * np.ptp(exact) * random.standard_normal(30)))
-        said = next(note for note in found.notes if note.startswith("These break-aways do not tell"))
+        said = next(note for note in found.notes if note.startswith("These break-aways do not separate"))
         assert f"the {found.chosen} form from: {', '.join(found.alternatives)}. After a rest of" in said
         assert form in (found.chosen, *found.alternatives)
         ends = [float(found.fits[name](10 * t_s.max())) for name in (found.chosen, *found.alternatives)]

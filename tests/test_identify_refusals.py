@@ -119,7 +119,7 @@ def test_two_numbers_that_act_alike_are_named(friction):
     same = friction["break_away"].to_dataset(inherit=False)
     same["stick_time"] = xr.full_like(same["stick_time"], 3.0)
     tree = xr.DataTree.from_dict({"/": friction.to_dataset(inherit=False), "/break_away": same})
-    with pytest.raises(InputError, match="limit and rate of DwellTime cannot be told apart"):
+    with pytest.raises(InputError, match="limit and rate of DwellTime cannot be separated"):
         identify(tree, law=start, free=["kinetic", "limit", "rate"])
 
 

@@ -192,7 +192,7 @@ def test_a_robot_joint_has_its_torques_in_the_interval(shared_data: Path) -> Non
     known = np.array([1.69, 1.79, 1.79, 2.10, 2.56])
     assert ((low <= known) & (known <= high)).all()
     assert inside(found.parameters, "viscous", (2.56 - 1.79) / 1.0)  # growth from .3 to 1.3 rad/s
-    assert "an offset of the instrument or of gravity cannot be told" in " ".join(found.notes)
+    assert "an offset of the instrument or of gravity cannot be separated" in " ".join(found.notes)
 
 
 @pytest.mark.slow
@@ -217,7 +217,7 @@ def test_a_log_of_peaks_gives_static_friction_that_is_confounded(shared_data: Pa
     found = fit_static_friction(measured(shared_data, "spring_slider_camera", "spring_slider_camera/Force7_rows*.txt"))
     slope = found.fits["logarithmic"].parameters.loc["slope"]
     assert 0 < slope["low"] <= 2.8 <= slope["high"]
-    assert "stick time and force rate cannot be told apart" in " ".join(found.notes)
+    assert "stick time and force rate cannot be separated" in " ".join(found.notes)
 
 
 def test_a_list_of_rock_slips_gives_strength_over_waiting_time(shared_data: Path) -> None:
@@ -232,7 +232,7 @@ def test_a_row_that_stands_out_is_named_and_so_is_a_law_that_is_not_seen() -> No
     force[7] = 4.0
     assert "Row 7 (w = 0.1, f = 4) lies " in " ".join(fit_steady(curve(W, force, 0.004)).notes)
     straight = fit_steady(curve(W, TRUTHS["Coulomb"][0], 0.004), law="ExponentialStribeck")
-    assert straight.notes[0].startswith("ExponentialStribeck was asked for; Coulomb + viscous, its limit,")
+    assert straight.notes[0].startswith("ExponentialStribeck was requested; Coulomb + viscous, its limit,")
 
 
 def test_the_command_fits_tables_and_refuses_a_law_of_motion(tmp_path: Path, capsys) -> None:
@@ -350,7 +350,7 @@ def test_a_fall_that_is_nearly_over_at_the_slowest_speed_leaves_the_break_away_o
     value, low, high = found.at_rest
     assert low <= 3.0 <= high
     assert high - low > 0.3 * value
-    assert any("The break-away force cannot be told" in note for note in found.notes)
+    assert any("The break-away force cannot be determined" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("width", [0.0, 0.12])
@@ -389,7 +389,7 @@ def test_friction_that_differs_by_the_sense_is_told_from_an_offset(tmp_path: Pat
     truth = {"kinetic": 0.65, "viscous": 0.35, "kinetic_by_sense": 0.15, "viscous_by_sense": 0.15}
     assert all(inside(found.parameters, *item) for item in truth.items())
     said = next(note for note in found.notes if note.startswith("Friction differs by the sense of the slip"))
-    assert "A zero of the instrument cannot be told from that" in said
+    assert "A zero of the instrument cannot be separated from that" in said
     law = found.law
     assert isinstance(law, ss.laws.Asymmetric)
     np.testing.assert_allclose(law.kinetic_force(w), found.best(w), rtol=1e-12)
@@ -405,7 +405,7 @@ def test_friction_that_differs_by_the_sense_is_told_from_an_offset(tmp_path: Pat
     plain = fit_steady(curve(w, np.where(w > 0, 0.8, -0.5) + 0.01 * rng.standard_normal(40), 0.01))
     assert plain.chosen == "Coulomb, offset"
     assert re.search(
-        r"or friction that is 0\.(30|29)\d* larger for w [<>] 0; speed alone cannot tell", " ".join(plain.notes)
+        r"or friction that is 0\.(30|29)\d* larger for w [<>] 0; speed alone cannot show", " ".join(plain.notes)
     )
 
 

@@ -349,7 +349,7 @@ def test_a_number_that_the_motion_does_not_tell_from_another_is_held():
     sharp = fit_trajectories(first, ["kinetic", "limit", "rate"], starts=1)
     assert list(sharp.parameters.index) == ["kinetic", "limit"]
     assert sharp.law.rate == pytest.approx(0.3, rel=1e-3)
-    assert "limit and rate cannot be told apart by these motions: rate is held at 0.3" in " ".join(sharp.notes)
+    assert "limit and rate cannot be separated by these motions: rate is held at 0.3" in " ".join(sharp.notes)
 
 
 def test_a_number_that_the_motion_hardly_tells_does_not_run_away():
@@ -377,7 +377,7 @@ def test_what_a_fit_of_motions_tells_is_no_longer_called_undecided(first):
     told = notes_on_uncertain_numbers(first.parameters, alike)
     found = fit_trajectories(replace(first, covariance=alike, notes=[*told, "kept"]), settled_after=0.0, starts=1)
     assert len(told) == 1
-    assert "are hardly told apart (correlation 0.995)" in told[0]
+    assert "can hardly be separated (correlation 0.995)" in told[0]
     assert "kept" in found.notes
     assert not set(told) & set(found.notes)
     assert re.search(r"rms distance of the motions: 0.0049\d* of the displacement's standard deviation", found.report())

@@ -84,7 +84,7 @@ def test_basalt_jumps_and_its_steady_friction_does_not_change(shared_data: Path)
     # the jump of .0105 seen is a little less than a ln(V2/V1), as the machine gives way
     direct = fit.parameters.loc["a"]
     assert direct["low"] <= 0.0105 / np.log(10.01 / 3) <= direct["high"]
-    assert "a - b is not told apart from zero" in fit.notes[0]
+    assert "a - b does not differ from zero within its error" in fit.notes[0]
 
 
 @pytest.mark.long
@@ -220,7 +220,7 @@ def test_a_large_step_that_weakens_is_found_by_its_own_law(form: str) -> None:
         row = fit.parameters.loc[name]
         assert abs(row["value"] - value) < 4 * row["error"], name
     assert not said(fit, "times what the noise from sample to sample gives them")
-    assert not said(fit, "does not tell them apart")
+    assert not said(fit, "does not separate them")
     assert not said(fit, "not resolved")
 
 

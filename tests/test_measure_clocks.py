@@ -50,10 +50,10 @@ def test_where_inertia_makes_most_of_the_force_the_offset_is_that_of_inertia_and
 @pytest.mark.slow
 def test_a_correlation_that_is_none_is_refused(tmp_path):
     path = files(tmp_path, lambda w, a, rng: MASS * a + FRICTION * np.sign(w) + rng.standard_normal(len(w)))
-    with pytest.raises(InputError, match=r"cannot be told.*give clock_offset in the rig, or the inertia"):
+    with pytest.raises(InputError, match=r"cannot be determined.*give clock_offset in the rig, or the inertia"):
         measure(path, rig())
     noise = files(tmp_path, lambda w, a, rng: rng.standard_normal(len(w)))  # noqa: ARG005
-    with pytest.raises(InputError, match="cannot be told"):
+    with pytest.raises(InputError, match="cannot be determined"):
         measure(noise, rig(inertia=MASS))
     assert measure(noise, rig(inertia=MASS, clock_offset=0.0)).attrs["notes"]
 

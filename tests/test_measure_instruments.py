@@ -395,7 +395,7 @@ def test_motor_current_of_one_direction_or_of_the_wrong_sign_is_refused() -> Non
     good = ss.measure(swinging(1.0, False), rig)
     assert good.attrs["force"] == pytest.approx(6, abs=0.2)
     with pytest.raises(
-        ss.InputError, match="100 % of the motion is one way, so friction and inertia cannot be told apart"
+        ss.InputError, match="100 % of the motion is one way, so friction and inertia cannot be separated"
     ):
         ss.measure(swinging(1.0, True), rig)
     with pytest.raises(ss.InputError, match="give the column of one of them sign = -1"):

@@ -94,7 +94,7 @@ def test_of_a_motion_lost_in_its_noise_the_kind_is_unknown_and_no_slips_are_told
     assert told["stiffness"] == 2254
     assert not tree["stuck"].any()
     assert tree["break_away"].sizes["event"] == 0
-    assert any("cannot be told: the slip velocity is known to" in note for note in tree.attrs["notes"])
+    assert any("cannot be determined: the slip velocity is known to" in note for note in tree.attrs["notes"])
 
 
 @pytest.mark.slow

@@ -87,7 +87,7 @@ def test_what_compression_scatters_is_in_the_errors(tmp_path):
     motion = track(tmp_path / "film", frame_rate=20.0)
     normal = ((motion["x_px"] - truth["x_px"].values) / motion["x_error"]).to_numpy()
     assert np.std(normal) < 2
-    assert any("the errors hold that" in note for note in motion.attrs["notes"])
+    assert any("the errors include that" in note for note in motion.attrs["notes"])
 
 
 def test_the_slider_is_taken_and_not_a_clearer_spot_that_rests(tmp_path):

@@ -24,12 +24,17 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--and", dest="also", metavar="NAME=LO:HI", help="follow the special points over this number too"
     )
     command.add_argument("--doubled", action="store_true", help="follow the branches of twice the period from flips")
-    command.add_argument("--most", type=int, default=300, metavar="N", help="largest number of points of a branch each way")
+    command.add_argument(
+        "--most", type=int, default=300, metavar="N", help="largest number of points of a branch each way"
+    )
     command.add_argument(
         "--starts", type=int, default=3, metavar="N", help="search for further motions from N positions by N velocities"
     )
     command.add_argument(
-        "--max-seconds", type=float, metavar="S", help="end the search for branches after so many seconds, with what is found by then"
+        "--max-seconds",
+        type=float,
+        metavar="S",
+        help="end the search for branches after so many seconds, with what is found by then",
     )
     command.add_argument("-o", "--output", metavar="BRANCHES.nc", help="write the branches")
     command.add_argument("--plot", metavar="FILE.png", help="draw the result")

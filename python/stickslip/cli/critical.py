@@ -12,7 +12,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command.add_argument("system", metavar="SYSTEM.toml")
     command.add_argument("--between", metavar="LO:HI", help="range of drive velocities to search")
     command.add_argument(
-        "--max-seconds", type=float, metavar="S", help="end the search after so many seconds, with what is confirmed by then"
+        "--max-seconds",
+        type=float,
+        metavar="S",
+        help="end the search after so many seconds, with what is confirmed by then",
     )
     command.add_argument(
         "--samples",

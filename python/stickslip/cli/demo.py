@@ -9,7 +9,9 @@ from stickslip.cli.terminal import Bar, Commands, say
 
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("demo", help="the whole way on what ships with the package")
-    command.add_argument("-o", "--output", default="demo-report", metavar="FOLDER", help="folder to write; default demo-report")
+    command.add_argument(
+        "-o", "--output", default="demo-report", metavar="FOLDER", help="folder to write; default demo-report"
+    )
     command.set_defaults(run=run)
 
 

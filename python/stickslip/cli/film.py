@@ -15,7 +15,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "-o", "--output", required=True, metavar="FILM.avi|FOLDER", help=".avi, .mkv, .mp4, or a folder for PNG"
     )
     command.add_argument("--start", type=float, metavar="T", help="first time of the film; default half the orbit")
-    command.add_argument("--duration", type=float, metavar="T", help="duration of the film; default ten natural periods")
+    command.add_argument(
+        "--duration", type=float, metavar="T", help="duration of the film; default ten natural periods"
+    )
     for name, what in (
         ("frame_rate", "pictures per unit of time"),
         ("scale", "px per unit of length"),

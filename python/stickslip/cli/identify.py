@@ -68,14 +68,17 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--profile", action="store_true", help="intervals of --trajectories from the profile of the likelihood"
     )
     command.add_argument(
-        "--zero-error", type=float, metavar="LENGTH", help="standard error of the zero of the displacement instrument, for --trajectories"
+        "--zero-error",
+        type=float,
+        metavar="LENGTH",
+        help="standard error of the zero of the position, for --trajectories",
     )
     command.add_argument(
         "--scale-error",
         type=float,
         metavar="SHARE",
-        help="relative standard error of the scale of the displacement instrument, for --trajectories; default that of the "
-        "records, which those from films have",
+        help="relative standard error of the scale of the position, for --trajectories; default that of the records, "
+        "as those from films have one",
     )
     command.add_argument(
         "--steady",
@@ -93,8 +96,8 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--predict",
         nargs="+",
         metavar="RUN.nc|RIG.toml",
-        help="predict regime, sticks, mean and highest force and main line of further runs by the law, beside the measured ones; "
-        "a rig file (.toml) stands for a run without a record",
+        help="predict regime, sticks, mean and highest force and main line of further runs by the law, beside the measured "
+        "ones; a rig file (.toml) stands for a run without a record",
     )
     command.add_argument(
         "--duration",

@@ -34,7 +34,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--code", metavar="FILE", help="write the law as a function for a simulator: FILE.c, or FILE.py for Python"
     )
     command.add_argument(
-        "--stick-time", type=float, metavar="T", help="stick time that sets the static friction in --code, where it grows"
+        "--stick-time",
+        type=float,
+        metavar="T",
+        help="stick time that sets the static friction in --code, where it grows",
     )
     command.set_defaults(run=run)
 

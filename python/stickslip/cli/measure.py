@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("measure", help="turn a record into slip velocity, friction force and break-aways")
     command.add_argument("record", nargs="+", metavar="RECORD", help="a record or motion file; several runs of one rig")
-    command.add_argument("--rig", required=True, metavar="RIG.toml", help="rig file: instrument, columns, units and constants")
+    command.add_argument("--rig", required=True, metavar="RIG.toml", help="rig file: instrument, columns, constants")
     command.add_argument("--mass", metavar="LABEL", help="one mass of a motion file; default: all")
     command.add_argument("-o", "--output", metavar="FRICTION.nc", help="write the friction file")
     command.add_argument(
@@ -26,9 +26,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--motion", metavar="MOTION.nc", help="write displacement, velocity and acceleration (of a mass on a spring)"
     )
     command.add_argument(
-        "--method", metavar="NAME", default="pieces", help="of --motion: pieces (default), spline, savitzky_golay, kalman"
+        "--method",
+        metavar="NAME",
+        default="pieces",
+        help="of --motion: pieces (default), spline, savitzky_golay, kalman",
     )
-    command.add_argument("--plot-motion", metavar="FILE.png", help="draw motion, phase plane and spectra; of several masses likewise")
+    command.add_argument("--plot-motion", metavar="FILE.png", help="draw motion, phase plane and spectra, likewise")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)
 

@@ -22,7 +22,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="search the numbers that the paper leaves open; continues from its file",
     )
     command.add_argument(
-        "--candidates", type=int, default=200, metavar="N", help="number of candidates of the search, those in its file included"
+        "--candidates", type=int, default=200, metavar="N", help="candidates of the search, those in its file included"
     )
     command.add_argument("--seed", type=int, default=1, help="seed of the search")
     command.set_defaults(run=run)

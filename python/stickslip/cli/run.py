@@ -16,10 +16,10 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("run", help="measure all records or films of an experiment, and identify their law")
     command.add_argument("experiment", metavar="EXPERIMENT.toml", help="records, rig, setup of the tracks, law, output")
     command.add_argument("--again", action="store_true", help="measure finished records again too")
+    command.add_argument("--watch", action="store_true", help="wait for new records in the folders, until Ctrl-C")
     command.add_argument(
-        "--watch", action="store_true", help="wait for new records in the folders, until Ctrl-C"
+        "--every", type=float, default=5.0, metavar="SECONDS", help="seconds between two checks; default 5"
     )
-    command.add_argument("--every", type=float, default=5.0, metavar="SECONDS", help="seconds between two checks; default 5")
     command.add_argument("--json", action="store_true", help="print the table as JSON")
     command.set_defaults(run=run)
 

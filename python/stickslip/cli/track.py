@@ -22,7 +22,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     command = commands.add_parser("track", help="turn films or folders of images into motion files")
     command.add_argument("source", nargs="+", metavar="IMAGES_OR_VIDEO", help="a film each; or the images of one film")
     command.add_argument("--setup", metavar="TRACK.toml", help="setup file; the options below override it")
-    command.add_argument("--finder", choices=("blob", "template", "fiducial"), help="method that finds the markers; default blob")
+    command.add_argument(
+        "--finder", choices=("blob", "template", "fiducial"), help="how markers are found; default blob"
+    )
     command.add_argument("--masses", type=int, metavar="N", help="number of markers; default 1")
     command.add_argument("--marker", metavar="COLOUR", help="dark (default), bright, red, green, ... or #rrggbb")
     command.add_argument("--channel", choices=("grey", "red", "green", "blue"), help="what brightness means")
@@ -47,7 +49,7 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     command.add_argument(
         "--choose", nargs="?", const="", metavar="PAGE.html",
-        help="choose markers, scale and region on a page, which gives the setup file; opened in the browser, or only written to PAGE.html",
+        help="choose markers, scale and region on a page, which gives the setup file; only written where PAGE.html is given",
     )  # fmt: skip
     command.add_argument(
         "--field",
@@ -55,7 +57,9 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="PX",
         help="displacement and strain of the texture instead, on a grid of this spacing",
     )
-    command.add_argument("--free-fall", action="store_true", help="print the scale that the free fall of the mass gives")
+    command.add_argument(
+        "--free-fall", action="store_true", help="print the scale that the free fall of the mass gives"
+    )
     command.add_argument("--again", action="store_true", help="of many films track also those that are finished")
     command.add_argument("--json", action="store_true", help="print the result as JSON")
     command.set_defaults(run=run)

@@ -75,8 +75,8 @@ class LawFit:
             raise InputError(f"identify: pieces must be a whole number from 1 to 12, or 'auto', got {options.pieces!r}")
         if options.offset and not any(record.both_senses() for record in records):
             raise InputError(
-                "identify: an offset can be told from friction only where a record slips in both senses, and none does: add "
-                "one, or leave the offset out"
+                "identify: an offset can be separated from friction only where a record slips in both senses, and none does: "
+                "add one, or leave the offset out"
             )
         for record in records:
             refuse_unreadable(record)
@@ -129,7 +129,7 @@ class LawFit:
             *notes_on_range(records, found.law),
         ]
         if kind is DwellTime and static is not None and static.chosen != "exponential":
-            notes.append("The law asked for has the exponential form; the other form is named for comparison.")
+            notes.append("The requested law has the exponential form; the other form is named for comparison.")
         if problem.relative:
             notes.append("The kinetic force is the mean over the record; its error holds the drift from slip to slip.")
         notes += [f"{record.name}: {note}" for record in records for note in record.notes]

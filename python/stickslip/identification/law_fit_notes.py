@@ -18,7 +18,7 @@ from stickslip.laws.numbers import value
 from stickslip.laws.state_law import StateLaw
 
 CORRELATED = 0.98
-"""Two numbers whose estimates correlate by more are hardly told apart."""
+"""Two numbers whose estimates correlate by more can hardly be separated."""
 FARTHEST_SPEED = 10.0
 """Up to so many times the fastest slip of the records a law is asked whether its friction drives."""
 
@@ -57,7 +57,7 @@ def notes_on_held_numbers(found: ForceFit) -> list[str]:
         )
         said.append(
             f"{name} = {value(found.law, name):.3g} is held at a guess, not measured: where it is off by a likely amount it "
-            f"moves {others}; the errors hold that."
+            f"moves {others}; the errors include that."
         )
     return said
 
@@ -85,7 +85,7 @@ def notes_on_range(records: Sequence[FrictionRecord], law: Law) -> list[str]:
         notes.append(
             f"By its form friction changes its sign near w = {first:.2g}{unit} and drives the slip from there on: a "
             "motion that gets there may grow without end. Simulate no faster slip, or hold the part that falls with the "
-            "slip velocity at zero (--fixed) where the records do not tell it from that."
+            "slip velocity at zero (--fixed) where the records do not separate the two."
         )
     return notes
 
@@ -95,12 +95,12 @@ def notes_on_uncertain_numbers(parameters: pd.DataFrame, covariance: pd.DataFram
     notes = []
     for name, number, error, low, high in parameters[["value", "error", "low", "high"]].itertuples():
         if low <= 0 <= high:  # of one that is fitted by its logarithm neither end is
-            notes.append(f"{name} is not told apart from zero: {number:.3g} ± {error:.2g}.")
+            notes.append(f"{name} does not differ from zero within its error: {number:.3g} ± {error:.2g}.")
     errors = parameters["error"].to_numpy()
     correlation = covariance.to_numpy() / np.outer(errors, errors)
     names = list(parameters.index)
     notes += [
-        f"{names[j]} and {names[i]} are hardly told apart (correlation {correlation[i, j]:.3f}): a combination of them is "
+        f"{names[j]} and {names[i]} can hardly be separated (correlation {correlation[i, j]:.3f}): a combination of them is "
         "known far better than either."
         for i in range(len(names))
         for j in range(i)
@@ -122,8 +122,8 @@ def notes_on_zero(records: Sequence[FrictionRecord], offset: bool) -> list[str]:
         else "The reading 0 of the instrument is taken as no force (zero of its column in the rig sets another)."
     )
     return [
-        f"{taken} All slip is one way, so the record cannot show it: where that zero is arbitrary, all friction forces are off "
-        "by the force it stands for. This error is not included in any interval."
+        f"{taken} All slip is one way, so the record cannot show it: where that zero is arbitrary, all friction forces are "
+        "off by the force it stands for. This error is not included in any interval."
     ]
 
 

@@ -76,5 +76,5 @@ def notes_on_form(law: Law, guess: Guess, costs: list[float]) -> list[str]:
     if len(costs) < 2:
         return [f"Of several forms {form} was taken; the others cannot be fitted to these records."]
     if costs[1] - costs[0] < DECISIVE:
-        return [f"Of several forms {form} was taken, but these records hardly tell which it is."]
+        return [f"Of several forms {form} was taken, but these records hardly determine which it is."]
     return [f"Of several forms {form} lies closest to the records; it was taken."]

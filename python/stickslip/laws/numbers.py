@@ -208,7 +208,15 @@ def units_of(law: Law, force: str = "N", length: str = "m", time: str = "s") -> 
     >>> units_of(ExponentialStribeck.example(), "N m", "rad")
     {'break_away': 'N m', 'kinetic': 'N m', 'scale': 'rad/s', 'viscous': 'N m s/rad'}
     """
-    return {name: unit_of(number.dimension, force, length, time) for name, number in numbers(law).items()}
+    known = numbers(law)
+
+    def dimension(name: str) -> str:
+        """That of a number, whose power may be another number of the law: of an exponent of 1 the plain one."""
+        exponent = f"{name[: name.rfind('.') + 1]}exponent"
+        plain = exponent in known and maybe(law, exponent) == 1.0
+        return known[name].dimension.replace("-exponent", "-1") if plain else known[name].dimension
+
+    return {name: unit_of(dimension(name), force, length, time) for name in known}
 
 
 class Spread:

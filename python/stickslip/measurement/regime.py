@@ -177,7 +177,7 @@ def regime_notes(
             "no sticks": f"{share} {percent}, as in stick-slip, but hardly a cycle is seen to stick: {hides}",
             "limit": f"{share} {percent}, too near the {100 * LINGERS:.0f} % of stick-slip",
         }
-        return [f"the kind of motion cannot be told: {why[found.doubt]}; no sticks were taken"]
+        return [f"the kind of motion cannot be determined: {why[found.doubt]}; no sticks were taken"]
     if found.kind == "stick_slip" and resting and sticks < 0.8 * cycles:
         return [f"the stick-slip is intermittent: {sticks} of {cycles} cycles stick"]
     if found.kind == "stick_slip" and not resting and slow < INTERMITTENT:

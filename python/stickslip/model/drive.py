@@ -136,7 +136,7 @@ class NormalForce(Document):
 
     Parameters
     ----------
-    constant : n₀, a pure number.
+    constant : n₀, a pure number; 1 by default.
     harmonics : :class:`Harmonic` or several, whose amplitudes are pure numbers.
     position : ∂n/∂x in 1/length, x of the mass; for a contact of two masses x of the mass less that of the other.
     velocity : ∂n/∂ẋ in 1/velocity, likewise.

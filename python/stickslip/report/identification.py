@@ -78,7 +78,7 @@ def page(result: Identification, comparison: Comparison | None = None, simulate:
         report.table(result.motions.set_index("record"))
     if simulate:
         _motions(report, result)
-    report.heading("What was assumed, and what cannot be told")
+    report.heading("What was assumed, and what the records cannot show")
     report.items([*_held(result), *result.notes])
     report.heading("To do it again")
     report.code(result.command)
@@ -103,7 +103,7 @@ def page_of_table(result: Result) -> Report:
     report.heading("All that was fitted")
     tables = result.tables()
     report.code("\n\n".join(tables[1:] or tables))
-    report.heading("What was assumed, and what cannot be told")
+    report.heading("What was assumed, and what the records cannot show")
     report.items(result.notes)
     return report
 

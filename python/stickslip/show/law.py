@@ -94,7 +94,15 @@ def law_plot(
         rising = np.maximum(rising, back.max())
         ax.plot(0, law.break_away_force(0.0, -1e-300), "s", color=OKABE_ITO["green"], ms=4, clip_on=False, zorder=3)
     weakest, strongest = law.break_away_force(short), law.break_away_force(long)
-    ax.plot([0, 0], [0, weakest], color=OKABE_ITO["grey"], lw=2.2, solid_capstyle="butt", label="at rest: |F| ≤ $f_s$", zorder=1.5)
+    ax.plot(
+        [0, 0],
+        [0, weakest],
+        color=OKABE_ITO["grey"],
+        lw=2.2,
+        solid_capstyle="butt",
+        label="at rest: |F| ≤ $f_s$",
+        zorder=1.5,
+    )
     if strongest > weakest * (1 + 1e-12):
         ax.plot([0, 0], [weakest, strongest], color=OKABE_ITO["grey"], lw=2.2, ls=(0, (1, 0.6)), zorder=1.5)
         ax.plot(0, strongest, "o", mfc="white", mec=OKABE_ITO["green"], ms=5, clip_on=False, label=after_long)

@@ -62,8 +62,8 @@ def friction_record(friction: xr.DataTree) -> list[Axes]:
     speeding = data["slip_acceleration"].to_numpy() * np.sign(w) > 0
     stride = max(1, int((~stuck).sum()) // 20_000)
     for which, colour, name in (
-        (speeding, SPEED_COLOURS["|w| grows"], "speeding up"),
-        (~speeding, SPEED_COLOURS["|w| falls"], "slowing down"),
+        (speeding, SPEED_COLOURS["|w| grows"], "|w| grows"),
+        (~speeding, SPEED_COLOURS["|w| falls"], "|w| falls"),
     ):
         rows = np.flatnonzero(which & ~stuck)[::stride]
         loop.plot(w[rows], force[rows], ".", ms=1.5, color=colour, label=name, rasterized=True)

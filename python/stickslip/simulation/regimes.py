@@ -27,7 +27,7 @@ RECURRENCE = {
     "periodic": "it repeats after some returns to the section, at most half of those looked at, within the tolerance",
     "chaotic": "it does not repeat, and two starts beside each other part exponentially",
     "not_repeating": "it does not repeat and they stay together: a torus, a longer period, or chaos too weak to be seen",
-    "undecided": "it does not repeat in the window, and no more was asked for or can be told, as of weak chaos; or the "
+    "undecided": "it does not repeat in the window, and no more was requested or can be determined, as of weak chaos; or the "
     "motion still changes; or the run did not end",
 }
 

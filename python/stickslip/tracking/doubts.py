@@ -102,7 +102,7 @@ def unclear(name: str, setup: Setup, pictures: list[Detections], whole: list[boo
         if moves:
             raise InputError(
                 f"{name}: {like}what was found, and it moves too: give start, the first place of the marker that is "
-                "meant (region or size where these tell them apart), or masses = 2 to follow both"
+                "meant (region or size where these separate them), or masses = 2 to follow both"
             )
     return [
         f"{like[0].upper()}{like[1:]}what was taken: look whether it is the marker; size, start, region or moving decide."

@@ -29,7 +29,7 @@ class Inseparable(InputError):
     def __init__(self, names: Sequence[str]) -> None:
         self.names = list(names)
         super().__init__(
-            f"identify: {' and '.join(names) or 'the free numbers'} cannot be told apart by these motions: hold one of them "
+            f"identify: {' and '.join(names) or 'the free numbers'} cannot be separated by these motions: hold one of them "
             "fixed, or add records at other drive velocities"
         )
 
@@ -59,7 +59,7 @@ def inverse(information: Array, names: Sequence[str]) -> Array:
 
     >>> inverse(np.array([[1.0, 1.0], [1.0, 1.0]]), ["limit", "rate"])
     Traceback (most recent call last):
-    stickslip.identification.estimator.uncertainty.Inseparable: identify: limit and rate cannot be told apart ...
+    stickslip.identification.estimator.uncertainty.Inseparable: identify: limit and rate cannot be separated ...
     """
     length = np.sqrt(np.abs(np.diag(information)))
     scaled = information / np.outer(length, length)

@@ -82,8 +82,8 @@ def bogacz_ryczek(data: GuessData) -> Guess:
             free.append("static_friction.rate")
         else:
             notes.append(
-                f"All stick times lie near {typical:.3g}, so the limit and the rate of static friction cannot be told "
-                f"apart: the rate is held at {1 / typical:.3g}, and static friction is known at that stick time only."
+                f"All stick times lie near {typical:.3g}, so the limit and the rate of static friction cannot be "
+                f"separated: the rate is held at {1 / typical:.3g}, and static friction is known at that stick time only."
             )
     seen_climbs = [
         loop for loop in climbing if loop.reversal is not None and loop.peak[0] - loop.reversal[0] > loop.least_climb

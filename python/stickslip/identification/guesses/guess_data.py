@@ -179,5 +179,5 @@ def refuse_unreadable(record: FrictionRecord) -> None:
     if drop.size and noise > DROWNED * float(np.median(drop)):
         raise InputError(
             f"{record.name}: the noise of the instrument is {noise:.3g} in force, and a break-away falls by "
-            f"{np.median(drop):.3g}: where sticks begin and end cannot be told; record with less noise"
+            f"{np.median(drop):.3g}: where sticks begin and end cannot be determined; record with less noise"
         )

@@ -234,7 +234,7 @@ def _result(
     if singular[-1] < 1e-7 * singular[0]:
         mixed = [name for name, part in zip(names, right[-1], strict=True) if abs(part) > 0.3]
         raise InputError(
-            f"identify: {' and '.join(mixed)} of {type(problem.law).__name__} cannot be told apart with these records: hold "
+            f"identify: {' and '.join(mixed)} of {type(problem.law).__name__} cannot be separated with these records: hold "
             "one of them fixed, or add records at other drive velocities"
         )
     edges = np.cumsum([0, *[len(residuals) for residuals in groups]])

@@ -204,7 +204,7 @@ def fit_velocity_step(
     notes = [
         f"step from {speeds[0]:.4g} to {speeds[1]:.4g} m/s; {a_minus_b_words(parameters)}",
         f"the {form} law misses the means by {rms[form]:.2g}, the {other} law by {rms[other]:.2g}"
-        + ("" if _laws_differ(found[form], found[other]) else "; this step does not tell them apart"),
+        + ("" if _laws_differ(found[form], found[other]) else "; this step does not separate them"),
     ]
     if (chi := float(np.sqrt(np.mean(found[form].residuals ** 2)))) > NOISY:
         notes.append(

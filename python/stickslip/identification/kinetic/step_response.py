@@ -140,7 +140,7 @@ def means_about(
 def a_minus_b_words(parameters: pd.DataFrame) -> str:
     """What is found of a - b, with its interval."""
     row = parameters.loc["a_minus_b"]
-    side = "is not told apart from zero" if row["low"] <= 0 <= row["high"] else f"is {row['value']:.2g}"
+    side = "does not differ from zero within its error" if row["low"] <= 0 <= row["high"] else f"is {row['value']:.2g}"
     return f"a - b {side} ({row['low']:.2g} to {row['high']:.2g})"
 
 

@@ -222,7 +222,7 @@ def _words(steps: list[_Step], best: _Fit, other: _Fit, parameters: pd.DataFrame
         f"{len(steps)} steps between {min(speeds):.4g} and {max(speeds):.4g} m/s, all with one a, b, length and stiffness; "
         f"{a_minus_b_words(parameters)}",
         f"the {best.form} law fits better than the {other.form} law in {int(np.sum(gain > 0))} of the steps"
-        + ("" if clear else "; they hardly tell the two apart"),
+        + ("" if clear else "; they hardly separate the two"),
         "errors come from the scatter over the steps; a, b and the stiffness round the peak together, so they are known less "
         "well than a - b",
     ]

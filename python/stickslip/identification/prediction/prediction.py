@@ -456,7 +456,7 @@ def _sentences(table: pd.DataFrame, law: _Law) -> list[str]:
     if law.further:
         found.append(
             "The records of the law differ from one another, so its numbers are means over records and a further run may "
-            "differ as much: the intervals hold that too."
+            "differ as much: the intervals include that too."
         )
     if (law.mistaken > 0).any():
         found.append(

@@ -168,7 +168,7 @@ def compare_laws(
     progress("laws compared", len(trials), len(trials))
     if not found:
         raise InputError(
-            f"compare: no law could be identified; {refused[0]}" if refused else "compare: no law was asked for"
+            f"compare: no law could be identified; {refused[0]}" if refused else "compare: no law was requested"
         )
     table, chosen, verdict = ranked(found, errors, whole=len(records) >= WHOLE)
     kept = "each of the records" if len(records) >= WHOLE else f"each of {len(parts)} blocks of time"
@@ -375,8 +375,8 @@ def _said(table: pd.DataFrame, scatter: str) -> list[str]:
             for name, row in of[CANNOT_TELL].iterrows()
         )
         said.append(
-            f"Whether these predict as well or worse cannot be told, as their differences scatter from {scatter}: {each}; "
-            "more records would tell."
+            f"Whether these predict as well or worse cannot be determined, as their differences scatter from {scatter}: "
+            f"{each}; more records are needed."
         )
     return said
 

@@ -282,13 +282,13 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
         elif one_rate(static.rows) and static.chosen != "constant":
             # What looks like growth within one record may be scatter along its loading line. Where several drive velocities
             # tie stick time and force rate to each other, growth still predicts what comes at any of them.
-            why = "growth with stick time cannot be told from an effect of the force rate in these records"
+            why = "growth with stick time cannot be separated from an effect of the force rate in these records"
         else:
             near = static.of_a_law
             kinds.insert(0, BY_FORM.get(near.chosen, DwellTime))
             others = [form for form in static.alternatives if BY_FORM.get(form, DwellTime) is not kinds[0]]
             if near.chosen in static.alternatives:
-                why += f", which no law has and these break-aways hardly tell from the {near.chosen} form"
+                why += f", which no law has and these break-aways hardly separate from the {near.chosen} form"
             elif near.chosen != static.chosen:
                 off, least = (float(np.sqrt(np.mean(fit.residuals**2))) for fit in (near.best, static.best))
                 why += (
@@ -296,7 +296,7 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
                     f"forces are off by {off:.3g}, those of the other by {least:.3g})"
                 )
             elif others:
-                why += f", which these break-aways hardly tell from the {others[0]} form"
+                why += f", which these break-aways hardly separate from the {others[0]} form"
     refused: list[str] = []
     for kind in dict.fromkeys(kinds):
         try:

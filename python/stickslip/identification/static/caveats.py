@@ -49,8 +49,8 @@ def notes_on_ties(rows: pd.DataFrame) -> list[str]:
     if one_rate(known):
         return [
             f"All break-aways come at nearly one force rate ({math.exp(float(np.median(rate))):.3g}"
-            f"{unit_behind(rows, 'force time^-1')}, one drive velocity): stick time and force rate cannot be told "
-            "apart, and the growth holds at that rate only."
+            f"{unit_behind(rows, 'force time^-1')}, one drive velocity): stick time and force rate cannot be "
+            "separated, and the growth is known at that rate only."
         ]
     correlation = float(np.corrcoef(time, rate)[0, 1])
     if abs(correlation) > 0.9:
@@ -99,8 +99,8 @@ def notes_on_missing_growth(rows: pd.DataFrame) -> list[str]:
     low, high = np.quantile(known["stick_time"], [0.1, 0.9])
     if high < NARROW * low:
         return [
-            f"Nearly all sticks last from {low:.4g} to {high:.4g}, which says nothing about growth with rest: static "
-            "friction is taken as constant. Records at other drive velocities tell."
+            f"Nearly all sticks last from {low:.4g} to {high:.4g}, which shows nothing about growth with rest: static "
+            "friction is taken as constant. Records at other drive velocities are needed."
         ]
     begun, held = (
         robust_scale((part - part.median()).to_numpy())
@@ -111,7 +111,7 @@ def notes_on_missing_growth(rows: pd.DataFrame) -> list[str]:
     return [
         f"All sticks begin at nearly one force (they scatter by {begun:.2g} there and by {held:.2g} at the break-away), so "
         "they lie on one loading line, and a stick that happens to hold more also lasts longer: growth with rest cannot be "
-        "told from that, and static friction is taken as constant. Records at other drive velocities tell."
+        "separated from that, and static friction is taken as constant. Records at other drive velocities are needed."
     ]
 
 
@@ -136,7 +136,7 @@ def notes_on_weakening(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> lis
         f"Break-away forces fall by {shortest - longest:.2g}{unit_behind(rows, 'force')} from the shortest stick to the "
         "longest."
         " Rest makes nothing weaker: it is the force rate, or something else that differs between the records, and static "
-        "friction is taken as constant. Records in which stick time and force rate differ apart from each other tell."
+        "friction is taken as constant. Records in which stick time and force rate vary independently are needed."
     ]
 
 
@@ -173,7 +173,7 @@ def notes_on_drift(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[st
         return []
     return [
         f"Stick times change along the record, and so may friction: with a drift in time beside it the slope over stick time "
-        f"is {numbers[1]:.3g} per decade instead of {slope:.3g}; a drift and growth with rest cannot be told apart here."
+        f"is {numbers[1]:.3g} per decade instead of {slope:.3g}; a drift and growth with rest cannot be separated here."
     ]
 
 
@@ -198,8 +198,8 @@ def notes_on_undetermined(fits: Mapping[str, StaticFit]) -> list[str]:
     if not named:
         return []
     return [
-        f"Not chosen, as these break-aways tell only combinations of the numbers in brackets: {'; '.join(named)}. Rests of "
-        "other lengths tell them apart."
+        f"Not chosen, as these break-aways determine only combinations of the numbers in brackets: {'; '.join(named)}. "
+        "Rests of other lengths separate them."
     ]
 
 

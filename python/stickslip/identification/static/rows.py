@@ -52,8 +52,8 @@ def is_relative(rows: pd.DataFrame) -> tuple[bool, list[str]]:
     if above > 0.7 * plain:
         return False, []
     return True, [
-        f"Friction drifts along the record: break-away forces scatter by {plain:.3g}, but only by {above:.3g} "
-        "above the kinetic force of the slip that follows each; static friction was fitted above that force."
+        f"Break-away forces scatter by {plain:.3g}, but only by {above:.3g} above the kinetic force of the slip that "
+        "follows each: static friction was fitted above that force."
     ]
 
 

@@ -82,16 +82,16 @@ class StaticFrictionFit(Result):
             return []
         longest = 10 * float(self.rows["stick_time"].max())
         forces = [float(self.fits[form](longest)) for form in (self.chosen, *self.alternatives)]
-        alike = f"These break-aways do not tell the {self.chosen} form from: {', '.join(self.alternatives)}."
+        alike = f"These break-aways do not separate the {self.chosen} form from: {', '.join(self.alternatives)}."
         if not 0 < max(forces) <= FAR_APART * min(forces):
             return [
                 f"{alike} At ten times the longest rest they part by more than a factor of {FAR_APART:g}: none of them is to "
-                "be extrapolated beyond the rests of the record; rests of other lengths tell them apart."
+                "be extrapolated beyond the rests of the record; rests of other lengths separate them."
             ]
         return [
             f"{alike} After a rest of {longest:.3g}{unit_behind(self.rows, 'time')}, ten times the longest, they have with "
             f"their fitted numbers {min(forces):.4g} to {max(forces):.4g}{unit_behind(self.rows, 'force')}; rests of other "
-            "lengths tell them apart."
+            "lengths separate them."
         ]
 
     @property

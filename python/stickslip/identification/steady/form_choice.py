@@ -139,7 +139,7 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     chosen, undecided = _choose(rows, fits)
     if law is not None and not each_way and OF_LAW[law][0] not in chosen:
         notes.append(
-            f"{law} was asked for; {chosen}, its limit, predicts held-back rows as well or is all that can be fitted."
+            f"{law} was requested; {chosen}, its limit, predicts held-back rows as well or is all that can be fitted."
         )
     fits[chosen], missed, valid = widened(rows, fits[chosen])
     hidden = _hidden(rows, fits[chosen], shapes, each_way)

@@ -77,7 +77,7 @@ def notes_on_choice(
         notes.append(
             f"The force has an offset of {offset['value']:.3g} (95 %: {offset['low']:.3g} to {offset['high']:.3g}) that "
             f"keeps its sign when the motion turns: the zero of an instrument, gravity, or friction that is "
-            f"{abs(2 * offset['value']):.3g} larger for w {sense} 0; speed alone cannot tell which. It is not part of the "
+            f"{abs(2 * offset['value']):.3g} larger for w {sense} 0; speed alone cannot show which. It is not part of the "
             f"law, which is the mean of both ways.{gain}"
         )
         if "restoring" in best.parameters.index:
@@ -88,7 +88,7 @@ def notes_on_choice(
             )
     elif len(set(np.sign(rows.w))) == 1:
         notes.append(
-            "All slip is one way, so an offset of the instrument or of gravity cannot be told from the kinetic force "
+            "All slip is one way, so an offset of the instrument or of gravity cannot be separated from the kinetic force "
             "and is in it."
         )
     if "gravity_sine" in best.parameters.index:
@@ -109,7 +109,8 @@ def notes_on_choice(
     for name, row in best.parameters.iterrows():
         if row["low"] <= 0 <= row["high"]:
             notes.append(
-                f"{name} is not told apart from zero: {row['value']:.3g} ({row['low']:.3g} to {row['high']:.3g})."
+                f"{name} does not differ from zero within its interval: {row['value']:.3g} ({row['low']:.3g} to "
+                f"{row['high']:.3g})."
             )
     return notes
 
@@ -131,8 +132,8 @@ def _asymmetry(rows: Rows, best: SteadyFit) -> list[str]:
     return [
         f"Friction differs by the sense of the slip, and by more than a constant: at w = {w:.3g} it is "
         f"{forward:.3g} forward (w > 0) and {backward:.3g} backward. The law is Asymmetric. A zero of the instrument cannot "
-        "be told from that and is in the law, added one way and taken off the other, beyond its intervals: give the channel "
-        f"its zero if you know it.{doubt}"
+        "be separated from that and is in the law, added one way and taken off the other, beyond its intervals: give the "
+        f"channel its zero if you know it.{doubt}"
     ]
 
 
@@ -165,8 +166,8 @@ def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str], hidd
     if hidden:
         return [
             f"Nothing was measured below w = {slow:.3g}, where friction still falls: {', '.join(hidden)} with a fall below "
-            f"that predicts held-back rows better than {names[0]}. The break-away force cannot be told: {value:.3g} by the "
-            f"chosen form, and anything from {lowest:.3g} {open_ended} by these; measure slower, or a break-away."
+            f"that predicts held-back rows better than {names[0]}. The break-away force cannot be determined: {value:.3g} by "
+            f"the chosen form, and anything from {lowest:.3g} {open_ended} by these; measure slower, or a break-away."
         ]
     if "weakening" not in fits[names[0]].curve.terms:
         return [

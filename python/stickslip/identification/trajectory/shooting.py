@@ -156,7 +156,7 @@ def _finished(
             at = dict(zip(shots.free.names, shots.free.values(shots.best[1][: shots.count]), strict=True))[name]
             shots = shots.holding(name)
             notes.append(
-                f"{' and '.join(error.names)} cannot be told apart by these motions: {name} is held at {at:.4g}, where the "
+                f"{' and '.join(error.names)} cannot be separated by these motions: {name} is held at {at:.4g}, where the "
                 "search ended, and the intervals of the others are for that value; a record at another drive velocity may "
                 "tell them."
             )

@@ -103,7 +103,7 @@ def notes_on_late_break_aways(friction: Friction, units: RigUnits) -> list[str]:
     return [
         f"all break-aways may be early or late together by {late:.2g}{unit_suffix(units.time)}, {late / step:.2g} samples: "
         f"friction falls on as the slip begins, or {_low_pass(late, units)} smears what begins and ends a stick; the errors "
-        "of break-aways hold that, but sticks that such a filter hides are not seen, and friction at low slip speed and "
+        "of break-aways include that, but sticks that such a filter hides are not seen, and friction at low slip speed and "
         "its kinetic level are off; take the filter out, or sample it far above the slips"
     ]
 

@@ -88,5 +88,5 @@ def note_on_jumps(jumps: list[ZeroJump], time: Array, part: slice, stiffness: fl
     return (
         f"the reading jumps between two samples as no mass can, {where}: the zero of the instrument shifts; only "
         f"{time[part.start]:.4g} to {time[part.stop - 1]:.4g} was measured ([read] window in the rig takes another part); "
-        "nothing tells which zero is right, and the errors of its forces hold that"
+        "nothing shows which zero is right, and the errors of its forces include that"
     )

@@ -49,8 +49,8 @@ def notes_on_few_samples(record: Record, oscillator: OscillatorConstants, units:
     return [
         f"{period / record.step:.0f} samples in a period of the free mass: with fewer than {FEW_PER_PERIOD} a break-away may "
         f"be seen some {BLUR:g} samples ({BLUR * record.step:.2g}{unit_suffix(units.time)}) too early, its force too low by "
-        "as much loading, and the friction of slow slip beside it too high; the errors of the break-aways hold that; record "
-        "faster"
+        "as much loading, and the friction of slow slip beside it too high; the errors of the break-aways include that; "
+        "record faster"
     ]
 
 

@@ -50,7 +50,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     }
     notes = [
         *record.notes,
-        "a list of slips says nothing of the motion between them: the stick time is the wait since the slip before, and "
+        "a list of slips shows nothing of the motion between them: the stick time is the wait since the slip before, and "
         "there is no friction while slipping",
     ]
     known = wait > 0

@@ -340,7 +340,7 @@ class Instrument:
             return samples
         note = (
             f"all lengths and speeds share a relative standard error of {100 * table.scale_error:.2g} % (scale_error of the "
-            "motion), which no interval here holds"
+            "motion), which no interval here includes"
         )
         return replace(samples, notes=(*samples.notes, note), scale_error=table.scale_error)
 

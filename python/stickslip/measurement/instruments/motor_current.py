@@ -166,7 +166,7 @@ def _fit(record: Samples, smooth: Smooth, drive: Array, mass: float | None, rig:
     if not ONE_WAY < forward_share < 1 - ONE_WAY:
         raise InputError(
             f"{record.source}: {100 * max(forward_share, 1 - forward_share):.3g} % of the motion is one way, so friction and "
-            "inertia cannot be told apart; record both directions, or give the inertia and take the instrument direct_force"
+            "inertia cannot be separated; record both directions, or give the inertia and take the instrument direct_force"
         )
     sides = np.stack([smooth.v > 0, smooth.v < 0], axis=1)[use] * np.array([1.0, -1.0])
     a, force = smooth.a[use], drive[use]

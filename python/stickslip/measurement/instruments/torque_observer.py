@@ -61,7 +61,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     steady["source"] = ("row", [records[i].source for i in order])
     notes.append(
         "the torque is the observer's own estimate: an offset of its zero or of gravity is in it, and runs in one sense "
-        "only cannot tell that from friction; where the joint carries a load, measure each run by itself with "
+        "only cannot separate that from friction; where the joint carries a load, measure each run by itself with "
         'instrument = "direct_force" and its angle, and gravity is fitted'
     )
     facts: dict[str, float | str] = {"regime": ", ".join(words[i] for i in order)}

@@ -68,7 +68,7 @@ class Figure(NamedTuple):
 FIGURES: dict[str, Figure] = {
     "fig-02-static-friction": Figure(
         static_friction,
-        "Static friction over adhesion time and force rate, measured; the surface is lost.",
+        "Static friction over stick time and force rate, measured; the surface is lost.",
         "Our calibration, not the paper's curve. Left: the growth with rest, smaller the faster the force grows. Right: what "
         "is there without rest falls from the end of stick-slip to the end of the oscillation, where it meets the line l.",
     ),

@@ -34,7 +34,7 @@ def measured_displacement(drive_velocities: Sequence[float] = (0.15, 0.30, 0.45)
         t, x, regime = _record(s, 0.0, 70.0)
         ax.plot(t, x, color=OKABE_ITO["blue"], lw=0.8)
         ax.set_title(f"s = {s:.2f}: {words(regime)}, synthetic", **TITLE)
-        ax.set_ylabel("position x")
+        ax.set_ylabel("position x\n(dimensionless)")
     panels[-1].set_xlabel("time t (dimensionless)")
     panels[0].margins(x=0)
     return panels

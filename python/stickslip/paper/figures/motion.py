@@ -188,12 +188,12 @@ def forced_motions(
         x, v = orbit.at(period * np.arange(first, first + count))
         ax.plot(x, v, ".", ms=4, color=OKABE_ITO["vermilion"], zorder=3)
         ax.set_title(f"s = {s:.2f}, η = {eta:.2f}, $u_0$ = {u0:.2f}", **TITLE)
-        ax.set(xlabel="position x")
+        ax.set(xlabel="position x (dimensionless)")
         below.plot(np.arange(count), x, ".", ms=3, color=OKABE_ITO["vermilion"])
         below.margins(y=0.25)
         below.set(xlabel="forcing period")
     panels[0].set_ylabel("velocity ẋ (dimensionless)")
-    panels[len(cases)].set_ylabel("position x once a period")
+    panels[len(cases)].set_ylabel("position x once a period\n(dimensionless)")
     return panels
 
 

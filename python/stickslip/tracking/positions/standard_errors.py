@@ -91,11 +91,12 @@ def errors_from_scatter(mass: int, times: Array, copied: bool, *axes: tuple[Arra
         larger = " and ".join(f"{float(np.nanmedian(error)):.2g}" for _, error in axes)
         return [
             f"Mass {mass}: the film is strongly compressed, which copies errors from picture to picture. Those of x and y, "
-            f"{larger} px, are told from the scatter of its places and its size; they hold nothing that stays for longer."
+            f"{larger} px, are estimated from the scatter of its position and its size; they do not include what lasts "
+            "longer."
         ]
     if not given:
         return []
     return [
         f"Mass {mass} scatters from picture to picture ({', '.join(given)}): compression, flicker or a camera that shakes; "
-        "the errors hold that, and nothing that stays for longer than some pictures."
+        "the errors include that, but nothing that lasts longer than some pictures."
     ]

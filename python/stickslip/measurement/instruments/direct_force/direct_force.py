@@ -174,7 +174,7 @@ def _pressed(record: Samples, notes: list[str]) -> Mask:
     if not pressed.all():
         notes.append(
             f"{np.count_nonzero(~pressed)} of {len(normal)} samples are left out: their normal force is zero, negative or "
-            f"less than {100 * LEAST_LOAD:g} % of the largest, so that friction over normal force says nothing"
+            f"less than {100 * LEAST_LOAD:g} % of the largest, so that friction over normal force has no meaning"
         )
     return pressed
 

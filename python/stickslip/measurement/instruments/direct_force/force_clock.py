@@ -66,8 +66,8 @@ def on_one_clock(force: Samples, motion: Samples, rig: InstrumentRig) -> Samples
             _check_without_inertia(found, force, motion, moved)
     if given is None and found.correlation < LEAST_CORRELATION:
         raise InputError(
-            f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be told: the "
-            f"correlation of {alike} is {found.correlation:.2f} at best, and {LEAST_CORRELATION:g} is needed; give "
+            f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be determined: "
+            f"the correlation of {alike} is {found.correlation:.2f} at best, and {LEAST_CORRELATION:g} is needed; give "
             "clock_offset in the rig" + ("" if inertia > 0 else ", or the inertia between instrument and contact")
         )
     offset = found.value if given is None else given
@@ -93,7 +93,7 @@ def _check_without_inertia(found: Offset, force: Samples, motion: Samples, moved
     apart = abs(free.value - found.value) > 3 * math.hypot(free.error, found.error)
     if apart and 1 - free.correlation**2 < 0.5 * (1 - without.correlation**2):
         raise InputError(
-            f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be told: by force "
-            f"and speed it is {found.value:.3g} s, but with inertia in the force {free.value:.3g} s fits better; give "
+            f"{force.source}: the offset between the clock of the force and that of {motion.source} cannot be determined: by "
+            f"force and speed it is {found.value:.3g} s, but with inertia in the force {free.value:.3g} s fits better; give "
             "clock_offset in the rig, or the inertia between instrument and contact"
         )
