@@ -90,19 +90,7 @@ def manifolds() -> None:
     save(show.manifold_plot(curves, ax), "manifolds.png")
 
 
-def paper() -> None:
-    """The paper's forced oscillator: regimes and periods over amplitude and frequency at s = 0.30 and 0.40."""
-    over = {"forcing.amplitude": np.linspace(0.0, 0.35, 141), "forcing.frequency": np.linspace(0.2, 2.0, 145)}
-    panels = show.new_axes(2, 2, figsize=(8.4, 7.2))
-    for column, s in enumerate((0.30, 0.40)):
-        chart = ss.regime_map(ss.paper.oscillator(s, ss.Harmonic(0.1, 1.0)), over, transient=300, tolerance=1e-5)
-        for ax, quantity in zip((panels[column], panels[2 + column]), ("regime", "period"), strict=True):
-            show.regime_map_plot(chart, ax, quantity=quantity)
-            ax.set_title(f"s = {s:.2f}", loc="right")
-    save(panels[0], "analysis-paper-maps.png")
-
-
 if __name__ == "__main__":
-    parts = {part.__name__: part for part in (sections, diagrams, maps, basins, manifolds, paper)}
+    parts = {part.__name__: part for part in (sections, diagrams, maps, basins, manifolds)}
     for name in sys.argv[1:] or parts:
         parts[name]()

@@ -29,10 +29,10 @@ def automaton() -> plt.Axes:
         ax.text(x, y, words, ha="center", va="center", color=MODE_COLOURS[name], weight="bold")
     arrows = (
         ((6.3, 3.4), (8.9, 1.2), -0.25, (8.75, 2.75), "release:\nforce reaches $f_s$", "left"),
-        ((7.7, 1.2), (5.7, 2.9), -0.2, (5.0, 2.05), "capture:\n$w$ reaches 0,\nforce below $f_s$", "center"),
+        ((7.7, 1.2), (5.7, 2.9), -0.2, (5.0, 2.05), "capture: $w$ reaches 0,\n|F| needed to\nstick ≤ $f_s$", "center"),
         ((3.7, 3.4), (1.1, 1.2), 0.25, (1.25, 2.75), "release:\nforce reaches $-f_s$", "right"),
         ((2.3, 1.2), (4.3, 2.9), 0.2, (5.0, 2.05), "", "center"),
-        ((7.1, 0.75), (2.9, 0.75), 0.0, (5.0, 0.95), "crossing: $w$ reaches 0, force above $f_s$", "center"),
+        ((7.1, 0.75), (2.9, 0.75), 0.0, (5.0, 0.95), "crossing: $w$ reaches 0, |F| needed to stick > $f_s$", "center"),
         ((2.9, 0.45), (7.1, 0.45), 0.0, (5.0, 0.05), "", "center"),
     )
     for start, end, bend, (x, y), words, side in arrows:

@@ -21,7 +21,7 @@ import stickslip as ss
 from stickslip import show
 from stickslip.examples import copy_example
 from stickslip.laws.state_law import StateLaw
-from stickslip.show.canvas import ABOVE, MODE_COLOURS
+from stickslip.show.canvas import ABOVE, MODE_COLOURS, OKABE_ITO
 
 HERE = Path(__file__).parent
 
@@ -68,33 +68,44 @@ def _dashpot(ax: plt.Axes, left: float, right: float, y: float) -> None:
 
 def setups() -> None:
     """The two ways round of one oscillator: a mass on a moving drive, and a slider pulled through its spring."""
-    left, right = show.new_axes(1, 2, figsize=(8.4, 2.6))
+    left, right = show.new_axes(1, 2, figsize=(8.4, 3.0))
     for ax, title in ((left, "a mass on a moving drive"), (right, "a slider pulled through its spring")):
-        ax.set(xlim=(-0.2, 3.2), ylim=(-0.55, 1.15), title=title)
+        ax.set(xlim=(-0.3, 3.3), ylim=(-0.75, 1.3), title=title)
         ax.set_aspect("equal")
         ax.axis("off")
     arrow = {"arrowstyle": "-|>", "lw": 1.4, "color": MODE_COLOURS["slip_forward"]}
     words = {"color": MODE_COLOURS["slip_forward"], "ha": "center"}
+    force = {"arrowstyle": "-|>", "lw": 1.8, "color": OKABE_ITO["green"]}
     for ax, wall, near, far, body in ((left, 0.0, 0.0, 1.3, 1.3), (right, 2.9, 1.3, 2.9, 0.5)):
-        ax.plot([wall, wall], [0.0, 0.8], color="black", lw=3)
+        ax.plot([wall, wall], [0.12, 0.85], color="black", lw=3)
         _zigzag(ax, near, far, 0.6)
         _dashpot(ax, near, far, 0.25)
         ax.text((near + far) / 2, 0.72, "k", ha="center")
-        ax.text((near + far) / 2, 0.02, "D", ha="center")
+        ax.text((near + far) / 2 + 0.3, 0.31, "D", ha="center")
         ax.add_patch(plt.Rectangle((body, 0.05), 0.8, 0.7, fc="0.9", ec="black", lw=1.2))
         ax.text(body + 0.4, 0.36, "m", ha="center")
-        ax.plot([-0.1, 3.1], [0.0, 0.0], color="black", lw=2)
-    left.annotate("", (2.9, -0.18), (2.2, -0.18), arrowprops=arrow)
-    left.text(2.55, -0.45, "drive, velocity s", **words)
-    left.text(0.1, -0.45, "fixed", ha="left")
-    left.annotate("", (2.1, 0.95), (1.3, 0.95), arrowprops=arrow)
-    left.text(1.7, 1.02, "x", **words)
-    right.annotate("", (3.1, 0.95), (2.5, 0.95), arrowprops=arrow)
-    right.text(2.5, 1.02, "stage, velocity s", **words)
-    right.annotate("", (1.3, 0.95), (0.5, 0.95), arrowprops=arrow)
-    right.text(0.9, 1.02, "w", **words)
-    right.text(0.1, -0.3, "guideway at rest", ha="left")
-    right.text(2.1, -0.3, "x: stretch of the spring", ha="center")
+    # The wall is fixed, the drive below it moves: hatched is what is at rest, and between the two is a gap.
+    left.add_patch(plt.Rectangle((-0.14, 0.12), 0.14, 0.73, fc="none", ec="0.4", hatch="////", lw=0))
+    left.text(-0.07, 0.95, "fixed", ha="center")
+    left.plot([0.45, 3.2], [0.0, 0.0], color="black", lw=2)
+    right.plot([-0.2, 2.6], [0.0, 0.0], color="black", lw=2)
+    right.add_patch(plt.Rectangle((-0.2, -0.14), 2.8, 0.14, fc="none", ec="0.4", hatch="////", lw=0))
+    left.annotate("", (3.1, -0.2), (2.4, -0.2), arrowprops=arrow)
+    left.text(2.75, -0.5, "drive, velocity s", **words)
+    left.annotate("", (2.1, 1.0), (1.3, 1.0), arrowprops=arrow)
+    left.text(1.7, 1.07, "x", **words)
+    right.annotate("", (3.2, 1.0), (2.6, 1.0), arrowprops=arrow)
+    right.text(2.7, 1.07, "stage, velocity s", **words)
+    right.annotate("", (1.3, 1.0), (0.5, 1.0), arrowprops=arrow)
+    right.text(0.9, 1.07, "position X, velocity w", **words)
+    right.text(0.1, -0.66, "guideway, at rest", ha="left")
+    right.text(2.3, -0.66, "x: stretch of the spring", ha="center")
+    # Friction on the mass has the sense of w = s - x': on the drive forwards, on a slider that is pulled forwards backwards.
+    left.annotate("", (2.05, -0.2), (1.35, -0.2), arrowprops=force)
+    left.text(1.7, -0.5, "F", color=OKABE_ITO["green"], ha="center")
+    left.text(1.5, -0.75, "w = s − ẋ", ha="center")
+    right.annotate("", (0.55, -0.28), (1.25, -0.28), arrowprops=force)
+    right.text(1.4, -0.34, "F", color=OKABE_ITO["green"], ha="left")
     save(left, "setups.svg")
 
 
@@ -232,7 +243,7 @@ def overview() -> None:
     titles = {
         "record": "1  A record; sticks shaded",
         "law": "2  Its law",
-        "all": "3  Every motion of the block, shaken with 3 N",
+        "all": "3  Orbit diagram of the block, forced with 3 N; stick-slip throughout",
     }
     for name, title in titles.items():
         axes[name].set_title(title, loc="left", fontsize=10, fontweight="bold", pad=8)
@@ -254,7 +265,7 @@ def loop(friction: xr.DataTree, orbit: ss.Orbit, ax: plt.Axes) -> plt.Axes:
     slip = ~friction["stuck"].to_numpy()
     w, force = friction["slip_velocity"].to_numpy()[slip], friction["force"].to_numpy()[slip]
     ax.plot(w, force, ".", ms=2.5, color="0.55", label="measured")
-    law = {"colour": show.OKABE_ITO["vermilion"], "name": "identified law", "arrows": False}
+    law = {"colour": show.OKABE_ITO["vermilion"], "name": "motion under the identified law", "arrows": False}
     show.friction_loop(orbit, ax, legend=False, **law)
     ax.legend(fontsize=8, frameon=False, loc="upper right", markerscale=3)
     return ax
@@ -285,6 +296,10 @@ def orbit() -> None:
         figure = plt.figure(figsize=(8.4, 3.8), layout="constrained")
         left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1, 1.4])[0]
         ax = show.phase_plane(motion, left.subplots())
+        named = {"slip": ax.plot([], [], color=MODE_COLOURS["slip_forward"])[0]}
+        named["stick"] = ax.plot([], [], color=MODE_COLOURS["stick"], lw=3)[0]
+        named["ẋ = s"] = ax.plot([], [], color="0.5", lw=0.8, ls="--")[0]
+        ax.legend(named.values(), named, **ABOVE, ncols=3)
         show.time_series(motion, right.subplots(3, 1, sharex=True), start=30.0)
     save(ax, "gallery-orbit.png")
 
