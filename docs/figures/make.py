@@ -243,7 +243,7 @@ def overview() -> None:
     titles = {
         "record": "1  A record; sticks shaded",
         "law": "2  Its law",
-        "all": "3  Orbit diagram of the block, forced with 3 N; stick-slip throughout",
+        "all": "3  Orbit diagram, forced with 3 N: stick-slip throughout",
     }
     for name, title in titles.items():
         axes[name].set_title(title, loc="left", fontsize=10, fontweight="bold", pad=8)
