@@ -10,6 +10,7 @@ import xarray as xr
 import stickslip as ss
 from stickslip.identification import fit_trajectories
 from stickslip.measurement import Rig, facts, measure, motion, notes, spectrum, spectrum_over_time
+from stickslip.measurement.signals.smooth import jerk_spline, kalman
 
 DRIVES = (0.2, 0.3)
 STEP = 0.04
@@ -177,6 +178,43 @@ def test_a_film_gives_the_friction_of_the_papers_law(drive: float) -> None:
     assert found.sizes["event"] == len(releases)
     np.testing.assert_allclose(found["t"], releases["t"], atol=0.1)
     assert np.nanmedian(np.abs(found["stick_time"].values - releases["stick_time"].to_numpy())) < 0.05
+
+
+@pytest.mark.parametrize("per_period", [12, 16, 25, 30, 40, 60])
+def test_few_samples_per_period_do_not_make_the_motion_noise(per_period: int) -> None:
+    """The likelihood of a cut-off has a valley of its own where all of the motion counts as noise."""
+    phase = 2 * np.pi * np.arange(3000) / per_period
+    x = np.sin(phase) + 1e-3 * np.random.default_rng(0).standard_normal(3000)
+    smooth = jerk_spline(np.arange(3000) * 0.02, x)
+    # a spline of knots two samples apart passes 1/(1 + (f/cutoff)^6): 0.98 of a sine of 12 samples at 0.16/step
+    assert np.std(smooth.x) == pytest.approx(np.sqrt(0.5), rel=0.021)
+    assert np.median(np.abs(smooth.x - np.sin(phase)) / smooth.x_error) < 1
+
+
+@pytest.mark.parametrize("per_period", [12, 25])
+def test_the_kalman_smoother_keeps_a_motion_of_few_samples_per_period(per_period: int) -> None:
+    phase = 2 * np.pi * np.arange(600) / per_period
+    x = np.sin(phase) + 1e-3 * np.random.default_rng(0).standard_normal(600)
+    assert np.std(kalman(np.arange(600) * 0.02, x).x) == pytest.approx(np.sqrt(0.5), rel=0.01)
+
+
+def test_a_law_of_few_samples_per_period_is_that_of_the_motion() -> None:
+    """A reciprocating contact of 3 + 2 v at 25 samples a period; smoothed away, its speed was a constant."""
+    t = np.arange(3000) * 0.02
+    v = 0.1 + 0.05 * np.sin(2 * np.pi * 2 * t)
+    random = np.random.default_rng(3)
+    record = {
+        "t": t,
+        "v": v + 1e-3 * random.standard_normal(3000),
+        "F": 3 + 2 * v + 0.02 * random.standard_normal(3000),
+    }
+    rig = {
+        "instrument": "direct_force",
+        "columns": {"time": "t", "velocity": "v", "force": {"column": "F", "unit": "N"}},
+    }
+    found = measure(record, rig).dataset
+    slope, kinetic = np.polyfit(found.slip_velocity, found.force, 1)
+    assert (kinetic, slope) == (pytest.approx(3, abs=0.02), pytest.approx(2, abs=0.1))
 
 
 def test_spectra_total_and_actual() -> None:

@@ -10,12 +10,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.measurement.signals.noise import noise_level
-from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit
+from stickslip.measurement.signals.piecewise_fit import OscillatorConstants, PiecewiseFit, deepest_valley
 from stickslip.measurement.signals.sampling import mean_step
 
 ORDER = 3
@@ -139,8 +138,7 @@ def kalman(time: Array, signal: Array, cutoff: float | None = None, weight: Arra
         def deviance(log_cutoff: float) -> float:
             return _filter(y[:most], steps[: most - 1], use[:most], math.exp(log_cutoff), step)[-1]
 
-        limits = (math.log(2 / (len(time) * step)), math.log(0.3 / step))
-        cutoff = math.exp(float(minimize_scalar(deviance, bounds=limits, method="bounded", options={"xatol": 0.05}).x))
+        cutoff = math.exp(deepest_valley(deviance, math.log(2 / (len(time) * step)), math.log(0.3 / step), 0.05))
     ahead, ahead_cov, means, covs, noise, _ = _filter(y, steps, use, cutoff, step)
     for i in range(len(y) - 2, -1, -1):
         gain = covs[i] @ _transition(steps[i]).T @ np.linalg.inv(ahead_cov[i + 1])
