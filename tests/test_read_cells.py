@@ -98,3 +98,42 @@ def test_a_number_with_a_point_stays_one_where_commas_are_decimal_marks(tmp_path
     path = written(tmp_path / "r.csv", T.round(2), [f"{f / 1000:.3f}" for f in FORCE], ";")
     found = ss.measurement.read.read_columns(path, Rig(**RIG).read.__class__(decimal=","))
     assert found["F"].max() < 3
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t", " "])
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_header_without_a_name_for_the_row_names_is_refused(tmp_path, mark, first):
+    """As R writes a table: every column would be read as the one before it."""
+    path = tmp_path / "r.csv"
+    rows = [mark.join([str(i), f"{t:.2f}", f"{f:.2f}"]) for i, (t, f) in enumerate(zip(T, FORCE, strict=True), first)]
+    path.write_text("\n".join([f"t{mark}F", *rows]) + "\n")
+    with pytest.raises(ss.InputError, match="row 2 has 3 cells and the header 2; the first cells count, so they look"):
+        measure(path, RIG)
+    path.write_text("\n".join([f"row{mark}t{mark}F", *rows]) + "\n")
+    assert measure(path, RIG)["force"].size == T.size
+
+
+def test_decimal_commas_between_commas_are_refused(tmp_path):
+    path = written(tmp_path / "r.csv", range(T.size), [f"{f:.2f}".replace(".", ",") for f in FORCE])
+    with pytest.raises(
+        ss.InputError, match="row 2 has 3 cells and the header 2; if some of its commas are decimal marks"
+    ):
+        measure(path, RIG)
+
+
+def test_a_header_longer_than_the_rows_is_refused(tmp_path):
+    path = written(tmp_path / "r.csv", T, FORCE.round(2))
+    path.write_text(path.read_text().replace("t,F", "t,F,lost", 1))
+    with pytest.raises(ss.InputError, match="row 2 has 2 cells and the header 3; look at the header"):
+        measure(path, RIG)
+
+
+@pytest.mark.parametrize(("head", "end"), [("t;F", ";"), ("t;F;", ""), ("t;F;", ";"), ("t;F", ";;")])
+@pytest.mark.parametrize("hole", [None, 7])
+def test_delimiters_at_the_end_of_rows_are_no_columns(tmp_path, plain, head, end, hole):
+    rows = [f"{t:.2f};{'' if i == hole else f'{f:.2f}'}{end}" for i, (t, f) in enumerate(zip(T, FORCE, strict=True))]
+    path = tmp_path / "r.csv"
+    path.write_text("\n".join([head, *rows]) + "\n")
+    found = measure(path, RIG | {"read": {"missing": "drop"}})
+    assert found["force"].size == T.size
+    np.testing.assert_allclose(found["force"], plain["force"], atol=1e-6 if hole is None else 0.1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 import re
 from collections.abc import Callable, Collection
@@ -95,9 +96,16 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
             wanted = [whole_name(column, header) or column for column in wanted]
             rows, units, notes = _below_header(path, first_row, header, rows, wanted, cells, layout.decimal)
         unnamed = {i for i, name in enumerate(header) if name == str(i + 1)}
+        # columns that are given by their numbers are the right ones under any header
+        by_name = wanted is None or any(column in header for column in wanted)
     else:
         header = [str(i) for i in range(1, len(header) + 1)]
         unnamed = set()
+        by_name = False
+    # a header that ends in delimiters has columns without a name at its end, which the rows may lack
+    least = len(header)
+    while least - 1 in unnamed and least > 1:
+        least -= 1
     if wanted is None:
         use = [i for i in range(len(header)) if i not in unnamed]
     else:
@@ -113,14 +121,47 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
     numbers = np.array([number for number, _ in rows], dtype=np.int64)
     try:
         table = np.loadtxt(io.StringIO(body), delimiter=delimiter, ndmin=2, comments=None, usecols=use)
-        # loadtxt does not mind rows that are too long; count the cells only where that is cheap and matters
-        if delimiter is None or all(line.count(delimiter) == rows[0][1].count(delimiter) for _, line in rows):
+        # loadtxt does not mind rows that are too long, nor a header that is too short
+        if _rows_fit(rows, least, len(header), delimiter, by_name):
             columns = {header[i]: np.ascontiguousarray(table[:, j]) for j, i in enumerate(use)}
             return Table(_in_order(columns, header), str(path), numbers, notes=notes, units=units)
     except ValueError:
         pass
-    walked = _walk(path, rows, header, use, cells, layout)
+    walked = _walk(path, rows, header, use, cells, delimiter, least, layout)
     return replace(walked, notes=notes + walked.notes, units={**units, **walked.units})
+
+
+def _rows_fit(rows: list[tuple[int, str]], least: int, most: int, delimiter: str | None, by_name: bool) -> bool:
+    """Whether all rows have the cells that the header names; where no name is used, whether they have equally many."""
+    if not by_name:
+        return delimiter is None or all(line.count(delimiter) == rows[0][1].count(delimiter) for _, line in rows)
+    if delimiter is None:
+        # words with blanks between them may follow the numbers of some rows
+        return least <= min(len(line.split()) for _, line in rows) <= most
+    # what lies beyond the header is empty where rows end in delimiters
+    return all(
+        least <= count <= most or (count > most and not any(cell.strip() for cell in line.split(delimiter)[most:]))
+        for count, line in ((line.count(delimiter) + 1, line) for _, line in rows)
+    )
+
+
+def _fitted(row: list[str], least: int, most: int) -> list[str]:
+    """The cells of a row as the header counts them: without empty ones beyond it, with those that no name asks for."""
+    if len(row) > most and not any(row[most:]):
+        return row[:most]
+    return row + [""] * (most - len(row)) if least <= len(row) < most else row
+
+
+def _look_at(rows: list[list[str]], header: list[str], delimiter: str | None) -> str:
+    """What to look at where the first of these rows has another number of cells than the header."""
+    if len(rows[0]) > len(header):
+        if delimiter == "," and all(re.fullmatch(r"[+-]?\d+", cell) for row in rows for cell in row):
+            return "if some of its commas are decimal marks, export it with another delimiter"
+        first = [row[0] for row in rows]
+        counted = len(first) > 1 and all(len(row) == len(header) + 1 and row[0].isdecimal() for row in rows)
+        if counted and all(int(b) - int(a) == 1 for a, b in itertools.pairwise(first)):
+            return "the first cells count, so they look like row names: write a name for them before the others"
+    return "look at the header"
 
 
 def _above_footer(
@@ -179,6 +220,8 @@ def _walk(
     header: list[str],
     use: list[int],
     cells: Callable[[str], list[str]],
+    delimiter: str | None,
+    least: int,
     layout: Layout,
 ) -> Table:
     """Row by row, to drop what the layout says may be dropped and to say where the rest is wrong."""
@@ -187,7 +230,7 @@ def _walk(
     torn = 0
     last = rows[-1][0]
     faults: dict[int, str] = {}
-    split = [(number, cells(line)) for number, line in rows]
+    split = [(number, _fitted(cells(line), least, len(header))) for number, line in rows]
     texts = {i: [row[i] for _, row in split if len(row) == len(header)] for i in use}
     stamps = {i: iter(seconds_of(cells)) for i, cells in texts.items() if cells and is_stamp(cells[0])}
     grouped = {i for i, cells in texts.items() if any(is_grouped(cell, layout.decimal) for cell in cells)}
@@ -204,8 +247,12 @@ def _walk(
             if layout.torn_rows == "drop":
                 torn += 1
                 continue
-            where = "the last row, so the file seems truncated" if number == last else "the header"
-            fault(number, f"row {number} has {len(row)} cells and the header {len(header)}; look at {where}")
+            where = "look at the last row, so the file seems truncated"
+            if number != last:
+                where = _look_at(
+                    [row, *(other for at, other in split[:HEADER_LINES] if at > number)], header, delimiter
+                )
+            fault(number, f"row {number} has {len(row)} cells and the header {len(header)}; {where}")
             row = [""] * len(header)
         value: list[float] = []
         for i in use:
