@@ -137,3 +137,36 @@ def test_delimiters_at_the_end_of_rows_are_no_columns(tmp_path, plain, head, end
     found = measure(path, RIG | {"read": {"missing": "drop"}})
     assert found["force"].size == T.size
     np.testing.assert_allclose(found["force"], plain["force"], atol=1e-6 if hole is None else 0.1)
+
+
+@pytest.mark.parametrize(("decimal", "groups"), [(",", "."), (".", ",")])
+def test_whole_numbers_on_both_sides_of_a_thousand_are_read_in_groups(tmp_path, decimal, groups):
+    """975 and 1.004 beside each other: 1004 with a decimal comma, where 1.004 would be a fall."""
+    whole = np.round(FORCE + 400).astype(int)
+    path = written(tmp_path / "r.csv", range(T.size), [f"{f:,}".replace(",", groups) for f in whole], ";")
+    found = measure(path, RIG | {"time_unit": "ms", "read": {"decimal": decimal}})
+    np.testing.assert_allclose(
+        found["force"], measure({"t": np.arange(T.size) / 1e3, "F": whole}, RIG)["force"], rtol=1e-6
+    )
+    assert "column 'F' was read with groups of thousands" in found.attrs["notes"]
+    with pytest.raises(
+        ss.InputError, match=rf"column 'F': '.*' seems to be .* thousands; write \[read\] decimal = \"{decimal}\""
+    ):
+        measure(path, RIG | {"time_unit": "ms", "read": {"decimal": groups}})
+
+
+def test_points_before_three_digits_beside_a_decimal_comma_are_refused(tmp_path):
+    path = written(tmp_path / "r.csv", range(T.size), [f"{f / 1000 + 1.5:.3f}" for f in FORCE], ";")
+    with pytest.raises(
+        ss.InputError, match=r"row 2, column 'F': '2.70.' may be 270. in groups of .* decimal = \".\" in the rig"
+    ):
+        measure(path, RIG | {"time_unit": "ms", "read": {"decimal": ","}})
+    assert measure(path, RIG | {"time_unit": "ms"})["force"].size == T.size
+
+
+@pytest.mark.parametrize("form", [".3f", ".4g", ".2f"])
+def test_decimals_are_no_groups(tmp_path, form):
+    path = written(tmp_path / "r.csv", range(T.size), [f"{f / 1000:{form}}" for f in FORCE], ";")
+    for decimal in ".", ",":
+        found = measure(path, RIG | {"time_unit": "ms", "read": {"decimal": decimal}})
+        assert not any("thousands" in note for note in found.attrs["notes"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from datetime import datetime, timedelta
+from typing import Literal
 
 import numpy as np
 
@@ -91,6 +92,27 @@ def is_grouped(cell: str, decimal: str) -> bool:
     if not GROUPED[decimal].fullmatch(cell):
         return False
     return decimal in cell or not re.fullmatch(r"[+-]?\d+[.,]\d{3}", cell)
+
+
+def thousands(cells: list[str], mark: str) -> Literal["no", "maybe", "surely"]:
+    """Whether a mark in the cells of a column divides thousands: it is followed by exactly three digits wherever it stands.
+
+    Surely, where whole numbers of up to three digits beside it are larger than what those cells would be with a decimal mark:
+    a column that goes on from 975 to 1.004 does not fall.
+
+    >>> thousands(["975", "991", "1.004"], "."), thousands(["2.275", "2.401"], "."), thousands(["2", "1.004"], ".")
+    ('surely', 'maybe', 'maybe')
+    >>> thousands(["0.996", "1.004"], "."), thousands(["2.5", "1.004"], "."), thousands(["2004", "1.004"], ".")
+    ('no', 'no', 'no')
+    """
+    marked = [cell for cell in cells if mark in cell]
+    if not marked or not all(re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}{re.escape(mark)}\d{{3}}", cell) for cell in marked):
+        return "no"
+    whole = [abs(int(cell)) for cell in cells if re.fullmatch(r"[+-]?\d+", cell)]
+    if max(whole, default=0) > 999:
+        return "no"
+    largest = max(abs(float(cell.replace(mark, "."))) for cell in marked)
+    return "surely" if max(whole, default=0) > largest + 1 else "maybe"
 
 
 def without_groups(cell: str, decimal: str) -> str:

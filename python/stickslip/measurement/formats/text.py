@@ -21,6 +21,7 @@ from stickslip.measurement.formats.cells import (
     is_remark,
     is_stamp,
     seconds_of,
+    thousands,
     without_groups,
 )
 from stickslip.measurement.formats.table import Table, whole_name
@@ -116,17 +117,23 @@ def text_table(path: Path, content: bytes, layout: Layout, wanted: Collection[st
     rows, remarks = _above_footer(rows, header, cells, layout.decimal)
     notes += remarks
     body = "\n".join(line for _, line in rows)
+    grouped = False
     if layout.decimal == ",":
+        # a point would be read as a decimal mark too
+        grouped = "." in body and _refuse_doubtful_groups(path, rows, header, use, cells, layout.decimal)
         body = body.replace(",", ".")
     numbers = np.array([number for number, _ in rows], dtype=np.int64)
     try:
         table = np.loadtxt(io.StringIO(body), delimiter=delimiter, ndmin=2, comments=None, usecols=use)
-        # loadtxt does not mind rows that are too long, nor a header that is too short
-        if _rows_fit(rows, least, len(header), delimiter, by_name):
-            columns = {header[i]: np.ascontiguousarray(table[:, j]) for j, i in enumerate(use)}
-            return Table(_in_order(columns, header), str(path), numbers, notes=notes, units=units)
     except ValueError:
-        pass
+        table = None
+    # loadtxt does not mind rows that are too long, nor a header that is too short
+    if table is not None and not grouped and _rows_fit(rows, least, len(header), delimiter, by_name):
+        # the text is looked at again only where the numbers leave room for doubt
+        if any(_may_be_grouped(values) for values in table.T):
+            _refuse_doubtful_groups(path, rows, header, use, cells, layout.decimal)
+        columns = {header[i]: np.ascontiguousarray(table[:, j]) for j, i in enumerate(use)}
+        return Table(_in_order(columns, header), str(path), numbers, notes=notes, units=units)
     walked = _walk(path, rows, header, use, cells, delimiter, least, layout)
     return replace(walked, notes=notes + walked.notes, units={**units, **walked.units})
 
@@ -143,6 +150,48 @@ def _rows_fit(rows: list[tuple[int, str]], least: int, most: int, delimiter: str
         least <= count <= most or (count > most and not any(cell.strip() for cell in line.split(delimiter)[most:]))
         for count, line in ((line.count(delimiter) + 1, line) for _, line in rows)
     )
+
+
+def _may_be_grouped(values: np.ndarray) -> bool:
+    """Whether these may be thousands that were read as decimals, of which :func:`~.cells.thousands` would be sure."""
+    finite = np.abs(values[np.isfinite(values)])
+    whole = finite == np.floor(finite)
+    if whole.all() or not whole.any() or not 1 < finite[~whole].max() + 1 < finite[whole].max() < 1000:
+        return False
+    return bool(np.all(np.abs(1000 * finite - np.round(1000 * finite)) < 1e-6))
+
+
+def _refuse_doubtful_groups(
+    path: Path,
+    rows: list[tuple[int, str]],
+    header: list[str],
+    use: list[int],
+    cells: Callable[[str], list[str]],
+    decimal: str,
+) -> bool:
+    """Refuse a column whose decimal marks seem to divide thousands; whether in one the other mark surely does."""
+    split = [(number, row) for number, line in rows if len(row := cells(line)) >= len(header)]
+    other = "." if decimal == "," else ","
+    any_grouped = False
+    for i in use:
+        column = [row[i] for _, row in split]
+        groups = thousands(column, other)
+        any_grouped |= groups == "surely"
+        if thousands(column, decimal) == "surely":
+            mark = decimal
+            advice = f'seems to be {{}} in groups of thousands; write [read] decimal = "{other}" in the rig'
+        elif groups == "maybe" and decimal == ",":
+            mark = other
+            advice = (
+                "may be {} in groups of thousands or have a decimal point: if it has one, write [read] "
+                'decimal = "." in the rig, and if not, export it without groups'
+            )
+        else:
+            continue
+        number, cell = next((number, row[i]) for number, row in split if mark in row[i])
+        said = advice.format(cell.replace(mark, ""))
+        raise InputError(f"{path}: row {number}, column {header[i]!r}: {cell!r} {said}")
+    return any_grouped
 
 
 def _fitted(row: list[str], least: int, most: int) -> list[str]:
@@ -233,7 +282,12 @@ def _walk(
     split = [(number, _fitted(cells(line), least, len(header))) for number, line in rows]
     texts = {i: [row[i] for _, row in split if len(row) == len(header)] for i in use}
     stamps = {i: iter(seconds_of(cells)) for i, cells in texts.items() if cells and is_stamp(cells[0])}
-    grouped = {i for i, cells in texts.items() if any(is_grouped(cell, layout.decimal) for cell in cells)}
+    other = "." if layout.decimal == "," else ","
+    grouped = {
+        i
+        for i, cells in texts.items()
+        if any(is_grouped(cell, layout.decimal) for cell in cells) or thousands(cells, other) == "surely"
+    }
 
     def fault(number: int, what: str) -> None:
         """Refuse a row, or keep what is wrong in it until it is known whether it lies in the window."""
