@@ -113,6 +113,34 @@ def test_a_band_lies_evenly_on_both_sides_of_a_law_that_is_linear_in_its_numbers
     assert (table["high"] - table["force"]).tolist() == pytest.approx([1.96 * 0.03, 1.96 * 0.02], rel=0.1)
 
 
+def test_a_band_holds_the_law_in_its_middle_where_a_scale_is_not_told_from_zero():
+    # the covariance of least squares on 60 points of kinetic + (break_away - kinetic) exp(-w / scale) + viscous w
+    names, (first, last, scale, slope) = ["break_away", "kinetic", "scale", "viscous"], (4.2, 3.6, 0.05, -0.06)
+
+    def columns(w):
+        fall = np.exp(-w / scale)
+        return np.column_stack([fall, 1 - fall, (first - last) * fall * w / scale**2, w])
+
+    covariance = 0.05**2 * np.linalg.inv((matrix := columns(np.linspace(0.005, 0.12, 60))).T @ matrix)
+    assert np.sqrt(covariance[2, 2]) > 0.8 * scale
+    law = ss.laws.ExponentialStribeck(first, last, scale, slope).with_covariance(pd.DataFrame(covariance, names, names))
+    w = np.linspace(0.01, 0.15, 15)
+    table = ss.laws.friction_table(law, w)
+    half = 1.96 * np.sqrt(np.einsum("ni,ij,nj->n", columns(w), covariance, columns(w)))
+    # the middle 95 % of the drawn laws whose scale is positive had the law at an edge, and were three times as wide
+    assert (table["high"] - table["force"]).to_numpy() == pytest.approx(half, rel=0.05)
+    assert (table["force"] - table["low"]).to_numpy() == pytest.approx(half, rel=0.05)
+
+
+def test_a_band_goes_to_one_side_of_a_law_at_its_limit():
+    error = pd.DataFrame([[0.04]], index=["kinetic"], columns=["kinetic"])
+    table = ss.laws.friction_table(ss.laws.StaticKinetic(0.6, 0.6).with_covariance(error), [0.1])
+    assert table[["low", "force", "high"]].to_numpy()[0] == pytest.approx([0.6 - 1.96 * 0.2, 0.6, 0.6], abs=1e-4)
+    beyond = ss.laws.Coulomb(0.5).with_covariance(error, bounds={"kinetic": (500.0, 501.0)})
+    with pytest.raises(ss.InputError, match="lie beyond their limits"):
+        ss.laws.friction_table(beyond, [0.1])
+
+
 @pytest.mark.long
 def test_the_table_of_a_fit_has_the_ways_that_were_measured():
     t = np.arange(0, 20, 0.01)

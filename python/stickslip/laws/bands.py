@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,23 +17,71 @@ if TYPE_CHECKING:
     import pandas as pd
 
 BAND = (0.025, 0.975)
+HALF_WIDTH = 1.959964
+"""Of the middle 95 % of a normal distribution, in its standard deviations."""
 DRAWS = 1000
 """Laws of which a band is drawn."""
+CUT = 0.025
+"""Share of them that limits may cut off: with more the rest lies to one side, and the law of the fit at the edge of it."""
+NEAR = 1e-3
+"""Standard errors by which a law is moved to see how its force changes."""
 SPEEDS = 100
 """Slip velocities of a table in each direction."""
 TIMES = 21
 """Stick times of a table."""
 
 
-def drawn(law: Law) -> list[Law]:
-    """Laws drawn from the covariance of a fitted one; an InputError where it has none that can be drawn from."""
-    return law._drawn(DRAWS, seed=0, mirrored=True)
+@dataclass(frozen=True)
+class Likely:
+    """The laws that may as well be as a fitted one.
 
+    Attributes
+    ----------
+    law : the fitted one.
+    drawn : drawn by its covariance, in pairs that lie on either side of it; none where limits cut off more than `CUT`.
+    beside : the law `NEAR` it on either side along each direction in which its numbers vary; None where that is beyond a
+        limit.
+    """
 
-def band(laws: list[Law], force: Callable[[Law], Array]) -> tuple[Array, Array]:
-    """Lower and upper end of the middle 95 % of what these laws say."""
-    low, high = np.quantile(np.asarray([force(one) for one in laws]), BAND, axis=0)
-    return low, high
+    law: Law
+    drawn: list[Law]
+    beside: list[tuple[Law | None, Law | None]]
+
+    @classmethod
+    def of(cls, law: Law) -> Likely:
+        """Those by the covariance of a law; an InputError where it has none, or one that leaves no other law."""
+        spread, normal = law._spread(), np.random.default_rng(0)
+        count = len(spread.names)
+        vectors = [sign * one for one in normal.standard_normal((DRAWS // 2, count)) for sign in (1.0, -1.0)]
+        found = [one for one in map(spread.at, vectors) if one is not None]
+        if len(found) >= (1 - CUT) * DRAWS:
+            return cls(law, found, [])
+        steps = NEAR * np.eye(count)
+        beside = [(spread.at(step), spread.at(-step)) for step in steps]
+        if not any(one is not None for pair in beside for one in pair):
+            raise InputError(
+                f"the numbers of this {type(law).__name__} lie beyond their limits, so it has no 95 % band; fit it again, or "
+                "hold some of them (fixed)"
+            )
+        return cls(law, [], beside)
+
+    def band(self, force: Callable[[Law], Array]) -> tuple[Array, Array]:
+        """Lower and upper end of the middle 95 % of what these laws say.
+
+        They are quantiles of the drawn ones. Where limits cut off many of those, as those of a scale that is not told from 0,
+        the ends are 1.96 standard errors off the force of the fit, by how it changes with the numbers near them: the record
+        knows the force far better than single numbers. To a side on which a number has its limit it changes nothing.
+        """
+        if self.drawn:
+            low, high = np.quantile(np.asarray([force(one) for one in self.drawn]), BAND, axis=0)
+            return low, high
+        middle = np.asarray(force(self.law), dtype=float)
+        below, above = np.zeros_like(middle), np.zeros_like(middle)
+        for pair in self.beside:
+            moved = [np.zeros_like(middle) if one is None else (force(one) - middle) / NEAR for one in pair]
+            above += np.max([*moved, np.zeros_like(middle)], axis=0) ** 2
+            below += np.min([*moved, np.zeros_like(middle)], axis=0) ** 2
+        return middle - HALF_WIDTH * np.sqrt(below), middle + HALF_WIDTH * np.sqrt(above)
 
 
 def friction_table(
@@ -41,7 +90,9 @@ def friction_table(
     """Friction over slip velocity and static friction over stick time, each with the 95 % band of the fit.
 
     The band holds at each point 95 % of 1000 laws, drawn as :meth:`~stickslip.laws.Law.sample` does, in pairs that lie on
-    either side of the law: where friction is linear in its numbers, so does the band.
+    either side of the law: where friction is linear in its numbers, so does the band. Where limits of the numbers cut off
+    more than one in 40 of them, those left lie to one side: the band is then 1.96 standard errors on either side of the law,
+    to first order in its numbers.
 
     Parameters
     ----------
@@ -58,7 +109,7 @@ def friction_table(
     Raises
     ------
     InputError
-        where the law has no covariance, or one that cannot be drawn from, or a slip velocity is 0 or not finite.
+        where the law has no covariance, or one that leaves no other law, or a slip velocity is 0 or not finite.
 
     Limits: the band is that of the law's form and of the errors of the fit alone.
 
@@ -82,7 +133,7 @@ def friction_table(
     def force(one: Law) -> Array:
         return np.concatenate([one.kinetic_force(w), one.break_away_force(times, force_rate)])
 
-    low, high = band(drawn(law), force)
+    low, high = Likely.of(law).band(force)
     columns = {
         "slip_velocity": np.concatenate([w, np.zeros(times.size)]),
         "stick_time": np.concatenate([np.full(w.size, np.nan), times]),

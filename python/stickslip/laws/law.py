@@ -29,6 +29,8 @@ from stickslip.laws.declarations import FACTS, Parameter
 if TYPE_CHECKING:
     import pandas as pd
 
+    from stickslip.laws.numbers import Spread
+
 
 MotionColumns = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]]
 """Time, slip velocity, whether the mass sticks, and force rate of a measured motion, one array each."""
@@ -253,23 +255,10 @@ class Law(Document):
         if seed is None:
             raise InputError("sample: a seed is missing, the same seed gives the same laws; write seed=0, say")
         whole_number("seed", seed, "sample", least=0)
-        return self._drawn(n, seed)
-
-    def _drawn(self, n: int, seed: int, mirrored: bool = False) -> list[Self]:
-        """As :meth:`sample`; `mirrored`: each second draw lies as far on the other side, so that their middle is this law."""
-        from stickslip.laws.numbers import Spread
-
-        if self.covariance.empty:
-            raise InputError(
-                f"sample: this {type(self).__name__} has no covariance; take the law of an identification, or load a law "
-                "file that one has saved"
-            )
-        spread, normal = Spread(self, *(self._uncertainty or ())), np.random.default_rng(seed)
+        spread, normal = self._spread(), np.random.default_rng(seed)
         found: list[Self] = []
-        vector = np.zeros(len(spread.names))
         for tried in range(1, TRIES * n + 1):
-            vector = -vector if mirrored and tried % 2 == 0 else normal.standard_normal(len(spread.names))
-            law = spread.at(vector)
+            law = spread.at(normal.standard_normal(len(spread.names)))
             if law is not None:
                 found.append(cast(Self, law))
             if len(found) == n:
@@ -280,6 +269,17 @@ class Law(Document):
             f"sample: of {tried} draws {len(found)} lie within the limits of {type(self).__name__}: its numbers are known "
             "too poorly to be drawn; hold some of them when it is fitted (fixed)"
         )
+
+    def _spread(self) -> Spread:
+        """The laws that may as well be; an InputError where no covariance came with the law, or it is not finite."""
+        from stickslip.laws.numbers import Spread
+
+        if self.covariance.empty:
+            raise InputError(
+                f"sample: this {type(self).__name__} has no covariance; take the law of an identification, or load a law "
+                "file that one has saved"
+            )
+        return Spread(self, *(self._uncertainty or ()))
 
     def _along(
         self, t: NDArray[np.float64], w: NDArray[np.float64], stuck: NDArray[np.bool_], rate: NDArray[np.float64]

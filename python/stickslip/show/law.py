@@ -19,7 +19,7 @@ from stickslip.laws import (
     TwoBranch,
     force_along,
 )
-from stickslip.laws.bands import band, drawn, long_rest
+from stickslip.laws.bands import Likely, long_rest
 from stickslip.show.canvas import COLOURS, OKABE_ITO, axes, label
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def law_plot(
     -------
     The axes. The dot is the break-away force at stick time zero; a bar above it reaches to the break-away force after
     a long rest at a vanishing force rate, or both are those after `rests`. Of a law with a covariance (from a fit or a
-    law file) shades hold 95 % of the laws that :meth:`~stickslip.laws.Law.sample` draws: of the kinetic force at each w
+    law file) shades are 95 % bands as of :func:`~stickslip.laws.friction_table`: of the kinetic force at each w
     while |w| grows, and, at w = 0, of the break-away force after the shorter rest.
     """
     ax = axes(ax)
@@ -64,14 +64,14 @@ def law_plot(
     rising, falling = replay[: w.size], replay[w.size - 1 :][::-1]
     # At w = 0 the replay sticks: what follows at once is the kinetic force.
     rising[0], falling[0] = 2 * rising[1] - rising[2], 2 * falling[1] - falling[2]
-    laws = _as_well(law)
+    likely = _likely(law)
     short, long = (0.0, 10 * long_rest(law)) if rests is None else rests
     second = "" if units == "dimensionless" else " s"
     after = ("no rest", "long rest") if rests is None else (f"rest of {rest:.2g}{second}" for rest in rests)
     after_short, after_long = (f"break-away, {rest}" for rest in after)
-    if laws:
-        _shade(ax, w[1:], *band(laws, lambda one: _replay(one, w)[1:]))
-        low, high = band(laws, lambda one: one.break_away_force(short))
+    if likely is not None:
+        _shade(ax, w[1:], *likely.band(lambda one: _replay(one, w)[1:]))
+        low, high = likely.band(lambda one: np.asarray(one.break_away_force(short)))
         ax.plot([0, 0], [low, high], color=OKABE_ITO["green"], lw=6, alpha=0.3, solid_capstyle="butt", clip_on=False)
     apart = np.abs(rising - falling) > 1e-9 * np.abs(rising).max()
     if apart.any():
@@ -136,8 +136,8 @@ def break_away_plot(
 
     Returns
     -------
-    The axes. Of a law with a covariance (from a fit or a law file) shades hold 95 % of the laws that
-    :meth:`~stickslip.laws.Law.sample` draws, at each stick time.
+    The axes. Of a law with a covariance (from a fit or a law file) shades are
+    95 % bands as of :func:`~stickslip.laws.friction_table`, at each stick time.
     """
     ax = axes(ax)
     surface = law.static_friction if isinstance(law, BogaczRyczek) else law if isinstance(law, ForceRate) else None
@@ -146,7 +146,7 @@ def break_away_plot(
     scale = None if surface is None else surface.force_rate_scale
     if force_rates is None:
         force_rates = (0.0,) if scale is None else tuple(scale * f for f in (0.2, 0.5, 1.0, 2.0))
-    laws = _as_well(law)
+    likely = _likely(law)
     times = np.asarray(stick_times, float)
 
     def at_rest(rate: float) -> Callable[[Law], np.ndarray]:
@@ -156,8 +156,8 @@ def break_away_plot(
         name = f"δ = {rate:.3g}" if scale is not None else None
         force = law.break_away_force(np.asarray(stick_times, float), rate)
         ax.plot(stick_times, force, color=COLOURS[i % len(COLOURS)], label=name)
-        if laws:
-            low, high = band(laws, at_rest(rate))
+        if likely is not None:
+            low, high = likely.band(at_rest(rate))
             _shade(ax, times, low, high, COLOURS[i % len(COLOURS)])
     if scale is not None:
         ax.legend(fontsize=8, frameon=False, title="force rate", title_fontsize=8)
@@ -166,12 +166,12 @@ def break_away_plot(
     return ax
 
 
-def _as_well(law: Law) -> list[Law]:
-    """Laws drawn from the covariance of a fitted one; none where it has no covariance that can be drawn from."""
+def _likely(law: Law) -> Likely | None:
+    """The laws that may as well be; None where the law has no covariance, or none of which a band can be made."""
     try:
-        return drawn(law)
+        return Likely.of(law)
     except InputError:
-        return []
+        return None
 
 
 def _shade(ax: Axes, x: np.ndarray, low: np.ndarray, high: np.ndarray, color: str = OKABE_ITO["black"]) -> None:
