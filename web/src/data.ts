@@ -34,6 +34,8 @@ export interface Data {
   presets: Record<string, Preset>;
   /** Markdown. */
   lessons: string[];
+  /** Of the page, beside that of the panels. */
+  style: string;
 }
 
 export function read<T>(id: string): T {

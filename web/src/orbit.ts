@@ -41,6 +41,7 @@ export interface OrbitEvent {
   forceRate: number;
 }
 
+/** The kind of a break-away. */
 export const RELEASE = 0;
 
 export function simulate(core: Core, state: State, samples = 4000): Orbit {

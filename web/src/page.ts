@@ -1,6 +1,6 @@
 /** The page: one state, the panels that show it, and what changes it. */
 import { axesWithin, showAxes } from "./axes";
-import { Controls } from "./controls";
+import { Controls, element } from "./controls";
 import { Core, Refused, unpack } from "./core";
 import { type Data, data as readData, savedRecords, savedState } from "./data";
 import { DiagramSweep } from "./diagramsweep";
@@ -37,8 +37,9 @@ const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getEl
 const DIAGRAM_PAUSE = 60;
 
 export async function start(source: string, program: string): Promise<void> {
-  const module = await unpack($("core").textContent!);
-  const page = new Page(readData(), new Core(module), program, source);
+  const data = readData();
+  document.head.append(element("style", {}, data.style));
+  const page = new Page(data, new Core(await unpack($("core").textContent!)), program, source);
   (window as any).explorer = page;
   document.body.dataset["ready"] = "yes";
 }

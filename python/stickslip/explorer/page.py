@@ -214,11 +214,16 @@ def _shipped(name: str) -> str:
 
 
 @cache
-def _page() -> str:
-    """The page without its data, its styles without the spaces that only people read."""
-    return re.sub(
-        r"(?s)(<style[^>]*>)(.*?)(</style>)", lambda part: part[1] + _dense(part[2]) + part[3], _shipped("page.html")
-    )
+def _page() -> tuple[str, str, str]:
+    """The page without its data and its style, the style of panels, which stands in it, and its own, which it holds packed.
+
+    Both styles are without the spaces that only people read.
+    """
+    text = _shipped("page.html")
+    panels, own = map(_dense, re.findall(r"(?s)<style[^>]*>(.*?)</style>", text))
+    # Nothing is seen before its style is there.
+    styles = f"<style>{panels}</style><style>body{{visibility:hidden}}</style>"
+    return re.sub(r"(?s)<style.*</style>", lambda _: styles, text), panels, own
 
 
 def _dense(style: str) -> str:
@@ -256,9 +261,9 @@ def page(
     >>> page().startswith("<!doctype html>")
     True
     """
-    text = _page()
+    text, _, style = _page()
     parts = {
-        'id="data"><': f'id="data">{_data(lessons or shipped_lessons())}<',
+        'id="data"><': f'id="data">{_data(lessons or shipped_lessons(), style)}<',
         'id="state">null<': f'id="state">{_json(state)}<',
         'id="records">null<': f'id="records">{_json(records)}<',
         'id="core"><': f'id="core">{_core_packed()}<',
@@ -286,22 +291,22 @@ def live(content: Mapping[str, Any], panels: str, still: str) -> str:
 
 def program() -> str:
     """What a page with elements of :func:`live` needs once, at its end: style, script, core and the laws."""
-    style = _page().partition('<style id="panel-style">')[2].partition("</style>")[0]
     return (
-        f'<style>{style}</style><script type="application/octet-stream" id="data">{_data([])}</script>'
+        f'<style>{_page()[1]}</style><script type="application/octet-stream" id="data">{_data([])}</script>'
         f'<script type="application/octet-stream" id="core">{_core_packed()}</script>'
         f'<script type="application/octet-stream" id="program">{_program_packed()}</script>'
         f"<script>{_shipped('boot.js')}</script>"
     )
 
 
-def _data(lessons: Sequence[str]) -> str:
+def _data(lessons: Sequence[str], style: str = "") -> str:
     document = {
         "version": _core.__version__,
         "laws": catalogue.laws(),
         "oscillator": catalogue.oscillator(),
         "presets": presets(),
         "lessons": list(lessons),
+        "style": style,
     }
     return text_of(packed(_json(document).encode()))
 
