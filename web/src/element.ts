@@ -106,7 +106,7 @@ export class StickSlip extends HTMLElement {
       // That of an integration takes too long for a page of figures.
       const settled = orbit.words.engine === "integrated" ? null : settle(this.core, this.state, true);
       this.scene = sceneOf(this.core, this.state, orbit, settled, this.records);
-      sayMotion(this.words, this.state, orbit, settled, { test: settled?.chaos ?? NaN, exponent: null });
+      sayMotion(this.words, this.state, orbit, settled, { late: null, test: settled?.chaos ?? NaN, exponent: null });
       for (const panel of this.panels) {
         panel.plot.fit();
         panel.draw(this.scene);

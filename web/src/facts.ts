@@ -4,18 +4,20 @@ import { type Orbit, RELEASE } from "./orbit";
 import type { Scene } from "./panels/panel";
 import { plain } from "./plot";
 import type { Measured } from "./record";
-import { type State, behind, documentOf, varied } from "./state";
-import { type Chaos, REGIMES, REGIME_NAMES, type Steady, lookOf, steady } from "./sweeps";
+import { type State, behind, documentOf, over, varied } from "./state";
+import { type Chaos, REGIMES, REGIME_NAMES, type Steady, lookOf, steady, trend } from "./sweeps";
 
 /** Periods that are left out before a motion counts as steady. */
 const TRANSIENT = 80;
 /** Returns by which a forced motion that does not repeat is told regular from chaotic. */
 const DECIDE = 400;
+/** Periods over which an exponent is averaged, and after which a motion that does not repeat is looked at again. */
+export const LONG = 600;
 
-/** What the core is asked for the steady motion of a state; the 0–1 test, where there is one, takes three times as long as the rest. */
-export function steadyQuestion(state: State, test = false): Parameters<typeof steady>[1] {
+/** What the core is asked for the steady motion of a state after so many periods; the 0–1 test, where there is one, takes three times as long as the rest. */
+export function steadyQuestion(state: State, test = false, periods = TRANSIENT): Parameters<typeof steady>[1] {
   const { names, row } = varied(state, "drive_velocity");
-  const look = { ...lookOf(state, TRANSIENT), decide: test && state.system["forcing"].length ? DECIDE : 0 };
+  const look = { ...lookOf(state, periods), decide: test && state.system["forcing"].length ? DECIDE : 0 };
   return { system: documentOf(state), names, values: row(state.system["drive_velocity"]), look, x0: state.start.x0?.[0] ?? 0, v0: state.start.v0?.[0] ?? null, memory: state.start.memory ?? null };
 }
 
@@ -37,7 +39,8 @@ export function sceneOf(core: Core, state: State, orbit: Orbit, settled: Steady 
 }
 
 /** What a motion that does not repeat is. The exponent tells; the 0–1 test is a hint, which weak chaos and long periods deceive. */
-function kindOf({ test, exponent }: Chaos): string {
+function kindOf({ late, test, exponent }: Chaos): string {
+  if (late && trend(late)) return "";
   if (!exponent) return test > 0.7 ? ": likely chaotic" : test < 0.3 ? ": likely two frequencies" : "";
   const [value, error] = exponent;
   if (value > 3 * error) return ": chaotic";
@@ -49,8 +52,13 @@ function kindOf({ test, exponent }: Chaos): string {
 /** Add the sentence to an element; `chaos` is null while it is computed. */
 export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled: Steady | null, chaos: Chaos | null): void {
   const strong = (text: string, name = "") => host.append(Object.assign(document.createElement("b"), { textContent: text, className: name }));
-  const name = settled ? REGIMES[settled.regime]! : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
+  // What it becomes in the end, however long it is shown.
+  const ends = settled?.period === 0 && chaos?.late?.period ? chaos.late : null;
+  settled = ends ?? settled;
+  const almost = settled?.period === 0 && REGIME_NAMES[settled.regime] === "almost_harmonic";
+  const name = almost ? "never sticks" : settled ? REGIMES[settled.regime]! : REGIMES[REGIME_NAMES.indexOf(orbit.words.regime)]!;
   strong(name[0]!.toUpperCase() + name.slice(1), "regime");
+  if (ends) host.append(" after a long transient");
   const forced = state.system["forcing"].length > 0;
   const { time, length, velocity, force } = state.units;
   const say = (before: string, value: number, digits: number, after = "") => {
@@ -63,11 +71,16 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
       if (forced) say(", repeats after ", settled.period, 0, settled.period > 1 ? " forcing periods" : " forcing period");
       else say(", period ", settled.periodTime, 6, behind(time));
     } else if (settled.period === 0) {
-      host.append(", does not repeat");
+      const way = trend(chaos?.late ?? settled);
+      host.append(way ? `, still ${forced ? "settling" : way < 0 ? "dying out" : "growing"}` : ", does not repeat");
       if (chaos) {
         const known: string[] = [];
         if (!Number.isNaN(chaos.test)) known.push(`0–1 test K = ${chaos.test.toFixed(2)}`);
-        if (chaos.exponent) known.push(`Lyapunov exponent ${plain(+chaos.exponent[0].toFixed(4))} ± ${plain(+chaos.exponent[1].toPrecision(1))}`);
+        if (chaos.exponent) {
+          const [value, error] = chaos.exponent;
+          const digits = Math.max(0, Math.min(20, -Math.floor(Math.log10(error))));
+          known.push(`Lyapunov exponent ${plain(+value.toFixed(digits))} ± ${plain(+error.toFixed(digits))}${behind(over("", time))} over ${LONG} periods`);
+        }
         host.append(kindOf(chaos), known.length ? ` (${known.join(", ")})` : "");
       } else host.append(" (chaotic? computing …)");
     }

@@ -1,7 +1,7 @@
 /** What is computed beside the page for the panels below, one after another, where they are seen: return map, basins, regime map. */
 import { axisName, axisUnit } from "./axes";
 import { Grid } from "./panels/grid";
-import { steadyQuestion } from "./facts";
+import { LONG, steadyQuestion } from "./facts";
 import type { Panel } from "./panels/panel";
 import type { Returns } from "./panels/returns";
 import { type Plot, type Range, widen } from "./plot";
@@ -20,9 +20,6 @@ interface Job {
   ask(state: State): Ask;
   hear(part: SweepPart): void;
 }
-
-/** Periods over which an exponent is averaged: two digits. */
-const RETURNS = 600;
 
 export interface Beside {
   returns: Returns;
@@ -145,11 +142,15 @@ export class Jobs {
       ask: (state) => {
         this.found = null;
         const { mass, stiffness, forcing } = state.system;
-        const t_end = (RETURNS * 2 * Math.PI) / (forcing[0]?.frequency || Math.sqrt(stiffness / mass));
-        return { test: steadyQuestion(state, true), exponent: { system: documentOf(state), ...state.start, t_end, transient: 0.2, max_events: 1e6 } };
+        const t_end = (LONG * 2 * Math.PI) / (forcing[0]?.frequency || Math.sqrt(stiffness / mass));
+        return { test: steadyQuestion(state, true, LONG), exponent: { system: documentOf(state), ...state.start, t_end, transient: 0.2, max_events: 1e6 } };
       },
       // Of some motions there is no derivative: then the 0–1 test stands alone.
-      hear: ({ chaos }) => (this.found = chaos ?? this.found),
+      hear: ({ chaos }) => {
+        this.found = chaos ?? this.found;
+        // Where everything sticks the exponent is −∞.
+        if (this.found?.exponent?.some((one) => !Number.isFinite(one))) this.found = { ...this.found, exponent: null };
+      },
     };
   }
 
@@ -187,7 +188,7 @@ function gridJob(panel: Grid, depends: Job["depends"], prepare: (state: State) =
       const { names, row } = prepare(state);
       // A start of its own has nothing to remember.
       const fresh = names.some((name) => /^[xv]0/.test(name));
-      const look = { ...lookOf(state, 60), points: 1, ...(state.system["forcing"].length ? { window: 60 } : {}) };
+      const look = { ...lookOf(state, 60), points: 8, ...(state.system["forcing"].length ? { window: 60 } : {}) };
       return { system: documentOf(state), names, rows: panel.rows().map((values) => row(...values)), look, chain: false, ...startOf(state), ...(fresh ? { memory: null } : {}) };
     },
     hear: ({ from, rows, refused }) => {

@@ -380,7 +380,7 @@ export class Page {
       strong(this.refused, "bad");
       return;
     }
-    sayMotion(host, this.state, this.orbit!, this.settled, this.integrated ? { test: NaN, exponent: null } : this.jobs.chaos);
+    sayMotion(host, this.state, this.orbit!, this.settled, this.integrated ? { late: null, test: NaN, exponent: null } : this.jobs.chaos);
   }
 
   /** What can be swept or mapped may have changed with the law. */

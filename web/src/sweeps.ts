@@ -49,13 +49,20 @@ export interface FitAsk {
   records: Measured[];
 }
 
-/** What a motion that does not repeat is told by: the growth rate K of the 0–1 test, not a number where there is none, and its largest Lyapunov exponent with its standard error, where its motion has a derivative. */
+/** What a motion that does not repeat is told by: the motion after many more periods; the growth rate K of the 0–1 test, not a number where there is none; and its largest Lyapunov exponent with its standard error, where its motion has a derivative. */
 export interface Chaos {
+  late: Steady | null;
   test: number;
   exponent: [value: number, error: number] | null;
 }
 
-/** Both of one motion. */
+/** Whether a motion still settles, its amplitude falling (−1) or growing (1): each maximum of x, or each stroboscopic one, is lower or higher than the one before. */
+export function trend({ period, section }: Steady): number {
+  const steps = section.slice(1).map(([x], i) => Math.sign(x - section[i]![0]));
+  return !period && steps.length > 4 && steps.every((step) => step === steps[0]) ? steps[0]! : 0;
+}
+
+/** All of one motion. */
 export interface ChaosAsk {
   id: number;
   test: Parameters<typeof steady>[1];
@@ -129,9 +136,11 @@ export function work(scope: { onmessage: ((message: MessageEvent) => void) | nul
   /** The pieces of a sweep, or the steps of a fit. */
   function* pieces(ask: SweepAsk | FitAsk | ChaosAsk): Generator<Partial<SweepPart>> {
     if ("exponent" in ask) {
-      const test = steady(core, ask.test).rows[0]?.chaos ?? NaN;
-      yield { chaos: { test, exponent: null } };
-      yield { done: true, chaos: { test, exponent: Array.from(core.ask(Verb.lyapunov, ask.exponent).numbers) as [number, number] } };
+      const late = steady(core, ask.test).rows[0] ?? null;
+      const chaos = { late, test: late?.chaos ?? NaN, exponent: null };
+      yield { chaos, done: Boolean(late?.period) };
+      if (late?.period) return;
+      yield { done: true, chaos: { ...chaos, exponent: Array.from(core.ask(Verb.lyapunov, ask.exponent).numbers) as [number, number] } };
       return;
     }
     if ("records" in ask) {

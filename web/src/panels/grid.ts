@@ -1,6 +1,6 @@
 /** Motions over a plane of two numbers, from coarse to fine: the regime map, and the basins of attraction; a click goes there. */
 import { type Range, draggable } from "../plot";
-import { REGIMES, type Steady } from "../sweeps";
+import { REGIMES, type Steady, trend } from "../sweeps";
 import { theme } from "../theme";
 import { Panel, type Scene } from "./panel";
 
@@ -54,14 +54,16 @@ export class Grid extends Panel {
   /** What the colours of the cells mean: only those that there are. */
   private legend(): [string, string][] {
     const cells = this.cells.filter((cell) => cell !== undefined);
-    const { regimes, ink, card } = theme();
+    const { regimes, ink, soft, card } = theme();
     const mixed = (colour: string, share: number, other: string) => `color-mix(in srgb, ${colour} ${share}%, ${other})`;
     const entries = regimes.flatMap((colour, i): [string, string][] => (cells.some(({ regime }) => regime === i) ? [[mixed(colour, 75, card), REGIMES[i]!]] : []));
     const first = regimes[cells[0]?.regime ?? 0]!;
     const ranks = cells.map((cell) => this.rank(cell));
     if (ranks.some(Boolean)) entries.push([mixed(regimes[cells[ranks.findIndex(Boolean)]!.regime]!, 35, card), this.apart ? "paler: others of its kind" : "paler: repeats after several turns"]);
-    const wild = cells.find(({ period }) => !period);
-    if (wild) entries.push([mixed(mixed(regimes[wild.regime] ?? first, 75, card), 65, ink), "darker: does not repeat"]);
+    for (const [changes, colour, words] of [[false, ink, "darker: does not repeat"], [true, soft, "greyer: still settling"]] as const) {
+      const wild = cells.find((cell) => !cell.period && Boolean(trend(cell)) === changes);
+      if (wild) entries.push([mixed(mixed(regimes[wild.regime] ?? first, 75, card), 65, colour), words]);
+    }
     return entries;
   }
 
@@ -90,7 +92,7 @@ export class Grid extends Panel {
     this.key(this.legend());
     p.axes();
     p.clip(g);
-    const { ink, card } = theme();
+    const { ink, soft, card } = theme();
     const [width, height] = [(p.px(p.x.high) - p.px(p.x.low)) / CELLS, (p.py(p.y.low) - p.py(p.y.high)) / CELLS];
     this.cells.forEach((cell, k) => {
       if (!cell) return;
@@ -105,7 +107,7 @@ export class Grid extends Panel {
       this.paint(cell);
       g.fillRect(...box);
       if (cell.period) return;
-      g.fillStyle = ink;
+      g.fillStyle = trend(cell) ? soft : ink;
       g.globalAlpha = 0.35;
       g.fillRect(...box);
     });
