@@ -409,6 +409,11 @@ def test_a_preset_has_a_source_and_moves_as_it_says(name, row):
     assert np.ptp(x) / 2 == pytest.approx(checked["amplitude"], rel=1e-5, abs=1e-6)
 
 
+def test_devices_have_their_units():
+    units = {name: preset["state"].get("units", {}).get("force") for name, preset in presets().items()}
+    assert {name: unit for name, unit in units.items() if unit} == {"drill": "N m", "bow": "N"}
+
+
 def test_the_figures_of_the_paper_stand_among_the_presets():
     shown = " ".join(f"{row['title']} {row['source']}" for row in described_presets().values())
     for number in range(2, 15):

@@ -1,7 +1,7 @@
 /** The numbers that the orbit diagram and the regime map may be over, and from where to where they go. */
 import { FORCING, NORMAL_FORCE, SPRING } from "./controls";
 import type { Data, NumberPage } from "./data";
-import { FRESH, type State, type Units, get, over, put } from "./state";
+import { FRESH, type State, type Units, get, mapped, over, put } from "./state";
 
 const field = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
@@ -32,7 +32,7 @@ export function axesWithin(data: Data, state: State): { state: State; changed: b
   const changed = !known.has(state.diagram.over);
   if (changed) state = put(state, "diagram", FRESH.diagram);
   if (!known.has(state.map.x) || !known.has(state.map.y)) state = put(state, "map", FRESH.map);
-  return { state, changed };
+  return { state: mapped(state), changed };
 }
 
 /** Offer them, and show those of the state. */

@@ -63,7 +63,7 @@ export function sayMotion(host: HTMLElement, state: State, orbit: Orbit, settled
   const { time, length, velocity, force } = state.units;
   const say = (before: string, value: number, digits: number, after = "") => {
     host.append(before);
-    strong(digits < 1 || Math.abs(value) >= 0.01 ? value.toFixed(digits) : value.toPrecision(4));
+    strong(Math.abs(value) >= 1000 ? plain(value) : digits < 1 || Math.abs(value) >= 0.01 ? value.toFixed(digits) : value.toPrecision(4));
     if (after) host.append(after);
   };
   if (settled) {

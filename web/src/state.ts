@@ -60,7 +60,17 @@ export const FRESH: State = {
 };
 
 export function presetState(name: string, presets: Record<string, Preset>): State {
-  return { ...structuredClone(FRESH), ...structuredClone(presets[name]!.state), preset: name };
+  return mapped({ ...structuredClone(FRESH), ...structuredClone(presets[name]!.state), preset: name });
+}
+
+/** The state with a regime map that holds its own numbers. */
+export function mapped(state: State): State {
+  const { map, system } = state;
+  for (const [path, range] of [[map.x, "across"], [map.y, "up"]] as const) {
+    const value = Number(get(system, path));
+    if (value < map[range][0] || value > map[range][1]) state = put(state, `map.${range}`, [Math.min(0, 2 * value), Math.max(0, 2 * value) || map[range][1]].map((end) => +end.toPrecision(4)));
+  }
+  return state;
 }
 
 /** The document for the core: the oscillator, or a chain of its like as `stickslip.chain` makes it. */
@@ -101,7 +111,7 @@ function* leaves(value: unknown, path = ""): Generator<[string, Json]> {
 
 /** `#almost-harmonic&system.drive_velocity=0.31`: a preset and every number that differs; whole branches where the shape does. */
 export function toLink(state: State, presets: Record<string, Preset>): string {
-  const from = presetState(state.preset, presets) as any;
+  const from = presetState(state.preset in presets ? state.preset : Object.keys(presets)[0]!, presets) as any;
   const changes: [string, Json][] = [];
   for (const [key, value] of Object.entries(state)) {
     if (key === "preset") continue;
@@ -124,6 +134,8 @@ export function fromLink(hash: string, presets: Record<string, Preset>): { state
   const known = Object.keys(presets);
   const unknown = name && !(name in presets) ? [`the link names the preset “${name}”; known are ${known.join(", ")}`] : [];
   let state = presetState(name in presets ? name : known[0]!, presets);
+  // What came from a file has the name of no preset.
+  if (!name && rest.length) state.preset = "";
   for (const pair of rest) {
     const cut = pair.indexOf("=");
     const path = pair.slice(0, cut);
@@ -144,7 +156,7 @@ export function fromLink(hash: string, presets: Record<string, Preset>): { state
     if (cut < 0 || place === undefined || !fits || path.includes("__proto__")) unknown.push(`the link has “${pair}”, which names nothing here`);
     else state = put(state, path, value);
   }
-  return { state, unknown };
+  return { state: mapped(state), unknown };
 }
 
 /** The system file of the command line; JavaScript writes numbers so that they are read back to the bit. */

@@ -42,7 +42,10 @@ def presets() -> dict[str, Any]:
 
 
 def described_presets() -> dict[str, Any]:
-    """What ``presets.json`` says: where a preset names no law it has the paper's, with `change`; `checked` is its motion."""
+    """What ``presets.json`` says: where a preset names no law it has the paper's, with `change`; `checked` is its motion.
+
+    `units` are those that differ from SI units of a mass that slides.
+    """
     described: dict[str, Any] = json.loads(_shipped("presets.json"))
     return described
 
@@ -61,6 +64,8 @@ def _state(row: Mapping[str, Any]) -> dict[str, Any]:
         "springs": [],
     }
     state: dict[str, Any] = {"system": system, "t_end": row.get("t_end", 150.0)}
+    if not system["mass"] == system["stiffness"] == 1:
+        state["units"] = {**_SI, **row.get("units", {})}
     if "masses" in row:
         state["chain"] = {"masses": row["masses"], "coupling": row.get("coupling", 1.0)}
     if "diagram" in row:

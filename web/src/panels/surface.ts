@@ -53,7 +53,8 @@ export class Surface extends Panel {
     ];
     const drive = Math.abs(system["stiffness"] * system["drive_velocity"]);
     const rate = Math.max(records.length ? 0 : 0.7, ...breaks.map(({ forceRate }) => 1.15 * Math.abs(forceRate)), 1.5 * drive);
-    const time = Math.max(records.length ? 0 : 4, ...breaks.map(({ stickTime }) => 1.15 * stickTime)) || 4;
+    const usual = 4 * Math.sqrt(system["mass"] / system["stiffness"]);
+    const time = Math.max(records.length ? 0 : usual, ...breaks.map(({ stickTime }) => 1.15 * stickTime)) || usual;
     const axis = (end: number) => Array.from({ length: CELLS + 1 }, (_, i) => (i * end) / CELLS);
     const heights = core.ask(Verb.surface, { law: system["law"], stick_times: axis(time), force_rates: axis(rate) }).numbers;
     const seen = [...heights, ...breaks.filter(({ measured }) => measured).map(({ force }) => force)];
