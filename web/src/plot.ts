@@ -19,7 +19,8 @@ export function ticks({ low, high }: Range, about: number): number[] {
 export function plain(value: number): string {
   if (Math.abs(value) < 1e-12) return "0";
   const far = Math.abs(value) >= 1e4 || Math.abs(value) < 1e-3;
-  return (far ? value.toExponential(1).replace(".0e", "e") : String(+value.toPrecision(6))).replace("-", "−");
+  const short = +value.toPrecision(6);
+  return (far ? short.toExponential() : String(short)).replaceAll("-", "−").replace("e+", "e");
 }
 
 /** A number as one sets it by hand: to a part in ten thousand of what is seen. */
@@ -60,6 +61,8 @@ export class Plot {
   y: Range = { low: 0, high: 1 };
   /** Behind the names of the axes. */
   units: [x: string, y: string] = ["", ""];
+  /** How far from the right end the name of the x axis reaches. */
+  named = 0;
   pad = { left: 60, right: 12, top: 10, bottom: 36 };
 
   constructor(
@@ -134,17 +137,24 @@ export class Plot {
     g.strokeStyle = grid;
     g.textAlign = "center";
     g.textBaseline = "top";
+    let free = 0;
     for (const tick of ticks(this.x, about.x)) {
       const at = Math.round(this.px(tick)) + 0.5;
       this.segment(g, at, this.pad.top, at, bottom);
-      g.fillText(plain(tick), at, bottom + 5);
+      const label = plain(tick);
+      const half = g.measureText(label).width / 2;
+      // Whole, and not over the one before.
+      const middle = Math.min(at, this.width - half - 1);
+      if (middle - half < free) continue;
+      g.fillText(label, middle, bottom + 5);
+      free = middle + half + 4;
     }
     g.textAlign = "right";
     g.textBaseline = "middle";
     for (const tick of ticks(this.y, about.y)) {
       const at = Math.round(this.py(tick)) + 0.5;
       this.segment(g, this.pad.left, at, right, at);
-      g.fillText(plain(tick), this.pad.left - 6, at);
+      g.fillText(plain(tick), this.pad.left - 6, at, this.pad.left - 20);
     }
     g.strokeStyle = soft;
     g.beginPath();
@@ -156,14 +166,18 @@ export class Plot {
     g.fillStyle = ink;
     g.textAlign = "right";
     g.textBaseline = "bottom";
-    const [x, y] = [this.labels.x + named(this.units[0]), this.labels.y + named(this.units[1])];
-    g.fillText(x, right, this.height - 1, this.width - this.pad.right);
+    // Without its unit where there is no room for it.
+    const name = (label: string, unit: string, room: number) => (g.measureText(label + named(unit)).width < room ? label + named(unit) : label);
+    const x = name(this.labels.x, this.units[0], right);
+    g.fillText(x, right, this.height - 1, right);
+    this.named = g.measureText(x).width + this.pad.right;
     g.save();
     g.translate(8, (this.pad.top + bottom) / 2);
     g.rotate(-Math.PI / 2);
     g.textAlign = "center";
     g.textBaseline = "middle";
-    g.fillText(y, 0, 0, this.height);
+    const room = this.pad.top + bottom - 4;
+    g.fillText(name(this.labels.y, this.units[1], room), 0, 0, room);
     g.restore();
   }
 

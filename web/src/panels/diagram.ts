@@ -79,12 +79,20 @@ export class Diagram extends Panel {
     g.globalAlpha = 1;
     g.fillStyle = soft;
     g.font = "11px system-ui, sans-serif";
-    g.textBaseline = "bottom";
     g.textAlign = "left";
-    g.fillText("strong: upwards, pale: back down", 8, p.height - 3);
-    if (!this.lost.length) return;
     g.textBaseline = "top";
-    g.fillText(`no answer in 3 s at ${this.lost.map((i) => plain(this.values[i]!)).join(", ")}`, p.pad.left + 6, p.pad.top + 2);
+    const words = this.lost.length ? [`no answer in 3 s at ${this.lost.map((i) => plain(this.values[i]!)).join(", ")}`] : [];
+    // Below where the name of the axis leaves room.
+    const sweeps = "strong: up, pale: down";
+    if (p.named < p.width - g.measureText(sweeps).width - 24) g.fillText(sweeps, 8, p.height - 15);
+    else words.push(sweeps);
+    g.strokeStyle = theme().card;
+    g.lineWidth = 4;
+    words.forEach((line, i) => {
+      const at = [p.pad.left + 6, p.pad.top + 18 + 14 * i] as const;
+      g.strokeText(line, ...at);
+      g.fillText(line, ...at);
+    });
   }
 
   /** Whether the motion on the page is another one than the sweeps found at its number. */

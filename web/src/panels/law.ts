@@ -13,6 +13,8 @@ const SAMPLES = 240;
 export class Law extends Panel {
   change?: (changes: Change[]) => void;
   private held = "";
+  /** −1 where the drive goes backwards: then the law of one sense stands on the left, turned about the origin. */
+  private side = 1;
   private readonly buttons = new Map<string, HTMLButtonElement>();
   private handles = new Map<string, Handle>();
 
@@ -25,7 +27,7 @@ export class Law extends Panel {
 
   /** Force along a slip that speeds up from rest to `top` and slows down again; empty where the core refuses the law. */
   private curve({ core, state: { system } }: Scene, top: number): { w: number[]; f: Float64Array } {
-    const up = Array.from({ length: SAMPLES }, (_, i) => (i * top) / (SAMPLES - 1));
+    const up = Array.from({ length: SAMPLES }, (_, i) => (this.side * i * top) / (SAMPLES - 1));
     const w = [...up, ...up.slice(0, -1).reverse()];
     const rate = Math.abs(system["stiffness"] * system["drive_velocity"]);
     const columns = [w.map((_, i) => i), w, w.map((_, i) => Number(i === 0)), w.map(() => rate)];
@@ -39,22 +41,23 @@ export class Law extends Panel {
     const g = p.base;
     const law = system["law"];
     const paper = law.type === "BogaczRyczek";
+    const side = (this.side = system["drive_velocity"] < 0 && !law.backward ? -1 : 1);
     const { dark, faint, soft } = theme();
     const points: [number, number][] = paper ? [law.A, law.B, law.C, law.D].filter(Boolean) : Object.values(law).filter(Array.isArray).flat().filter((one: any): one is [number, number] => Array.isArray(one) && one.length === 2);
     const [w, f] = [orbit.w[0]!, orbit.force[0]!];
     const least = paper ? 0.7 : 2.5 * Math.abs(system["drive_velocity"]);
-    const lists = [rangeOf(w), ...scene.records.map((record) => rangeOf(record.w)), { low: 0, high: Math.max(least, Math.min(4 * least, 1.05 / law.weakening || 0)) }, ...points.map(([x]) => ({ low: x, high: x }))];
+    const lists = [rangeOf(w), ...scene.records.map((record) => rangeOf(record.w)), rangeOf([0, side * Math.max(least, Math.min(4 * least, 1.05 / law.weakening || 0))]), rangeOf(points.map(([x]) => side * x).concat(0))];
     if (!this.held) p.x = widen({ low: Math.min(...lists.map(({ low }) => low)), high: Math.max(...lists.map(({ high }) => high)) }, 0.08);
     let drawn: { w: number[]; f: Float64Array } | null = null;
     try {
-      drawn = this.curve(scene, p.x.high);
+      drawn = this.curve(scene, this.right);
     } catch {
       // The sentence of the core stands on top of the page.
     }
     const parts: [Document, number][] = [[law, 1], ...["forward", "backward", "static", "kinetic", "law"].flatMap((key): [Document, number][] => (law[key]?.type ? [[law[key], key === "backward" ? -1 : 1]] : []))];
-    const levels = parts.flatMap(([part, side]) => ["break_away", "kinetic", "static", "limit", "growth"].flatMap((key) => (typeof part[key] === "number" ? [side * (part[key] + (part[ABOVE[key] ?? ""] ?? 0))] : [])));
+    const levels = parts.flatMap(([part, sense]) => ["break_away", "kinetic", "static", "limit", "growth"].flatMap((key) => (typeof part[key] === "number" ? [sense * side * (part[key] + (part[ABOVE[key] ?? ""] ?? 0))] : [])));
     if (!this.held) {
-      const forces = [rangeOf(f), ...scene.records.map((record) => rangeOf(record.force)), ...(drawn ? [rangeOf(drawn.f)] : []), ...points.map(([, y]) => ({ low: y, high: y })), ...levels.map((y) => ({ low: y, high: y }))];
+      const forces = [rangeOf(f), ...scene.records.map((record) => rangeOf(record.force)), ...(drawn ? [rangeOf(drawn.f.map((one, i) => (i ? one : side * Math.abs(one))))] : []), rangeOf(points.map(([, y]) => side * y).concat(levels, 0))];
       const high = Math.max(...forces.map(({ high: one }) => one));
       const low = Math.min(0, ...forces.map(({ low: one }) => one));
       p.y = { low: low - (low < 0 ? 0.06 * (high - low) : 0), high: high + 0.08 * (high - low) };
@@ -83,7 +86,7 @@ export class Law extends Panel {
     };
     const lower = paper ? entry(3) : null;
     if (paper) {
-      const [a, b] = law.l;
+      const [a, b] = [law.l[0], side * law.l[1]];
       g.strokeStyle = soft;
       g.lineWidth = 1.2;
       g.setLineDash([6, 5]);
@@ -91,7 +94,7 @@ export class Law extends Panel {
       p.segment(g, p.px(from), p.py(a * from + b), p.px(to), p.py(a * to + b));
       g.setLineDash([2, 4]);
       for (const [pencil, through] of [[law.A, entry(1)], [law.B, lower], [law.C, entry(2)], [law.D, entry(4)]] as const)
-        if (pencil && through) p.segment(g, p.px(pencil[0]), p.py(pencil[1]), p.px(through[0]), p.py(through[1]));
+        if (pencil && through) p.segment(g, p.px(side * pencil[0]), p.py(side * pencil[1]), p.px(through[0]), p.py(through[1]));
       g.setLineDash([]);
     }
     g.lineWidth = 1;
@@ -103,9 +106,16 @@ export class Law extends Panel {
     this.place(scene, drawn, lower);
   }
 
+  /** The end of the picture in the sense of the drive. */
+  private get right(): number {
+    const { low, high } = this.plot.x;
+    return this.side > 0 ? high : -low;
+  }
+
   /** The handles as buttons over the picture: by hand, by finger, by the arrow keys. */
   private place({ core, state: { system } }: Scene, drawn: { w: number[]; f: Float64Array } | null, lower: [number, number] | null): void {
     const law = system["law"];
+    const { side, right, plot } = this;
     const page = this.pages[law.type];
     if (!page || !drawn) return;
     let breakAway = NaN;
@@ -114,14 +124,17 @@ export class Law extends Panel {
     } catch {
       // A law with an internal state has no break-away force of its own.
     }
-    const upper = (at: number) => drawn.f[Math.max(1, Math.min(SAMPLES - 1, Math.round((at / this.plot.x.high) * (SAMPLES - 1))))]!;
+    // Seen in the sense of the drive.
+    const upper = (at: number) => side * drawn.f[Math.max(1, Math.min(SAMPLES - 1, Math.round((at / right) * (SAMPLES - 1))))]!;
     let corner = lower;
     if (!corner) {
       let least = 1;
-      for (let i = 1; i < SAMPLES; i++) if (drawn.f[i]! < drawn.f[least]!) least = i;
+      for (let i = 1; i < SAMPLES; i++) if (side * drawn.f[i]! < side * drawn.f[least]!) least = i;
       corner = [drawn.w[least]!, drawn.f[least]!];
     }
-    const handles = handlesOf(law, page, { upper, breakAway, corner, top: this.plot.y.high, right: this.plot.x.high });
+    const handles = handlesOf(law, page, { upper, breakAway, corner: [side * corner[0], side * corner[1]], top: side > 0 ? plot.y.high : -plot.y.low, right }).map((handle) => ({
+      ...handle, w: side * handle.w, f: side * handle.f, set: (w: number, f: number) => handle.set(side * w, side * f),
+    }));
     this.handles = new Map(handles.map((handle) => [handle.key, handle]));
     for (const [key, button] of this.buttons)
       if (!this.handles.has(key)) {
@@ -164,7 +177,7 @@ export class Law extends Panel {
       const handle = this.handles.get(key);
       if ((!dx && !dy) || !handle) return;
       event.preventDefault();
-      const size = ({ high }: Range) => ((event.shiftKey ? 10 : 1) / 100) * 10 ** Math.round(Math.log10(high));
+      const size = ({ low, high }: Range) => ((event.shiftKey ? 10 : 1) / 100) * 10 ** Math.round(Math.log10(this.side > 0 ? high : -low));
       // The next key may come before the next picture: it goes on from here.
       handle.w += dx * size(this.plot.x);
       handle.f += dy * size(this.plot.y);
