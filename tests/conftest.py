@@ -100,7 +100,7 @@ def opened(browser, address):
 
     browser.problems.clear()
     browser.resize(1440, 900)
-    if browser.run("location.href") != address or not browser.run(
+    if browser.run("location.href.replace(/#.*/, '')") != address or not browser.run(
         "!(explorer.carry || explorer.records.length || explorer.lessons.at || explorer.sound.on)"
     ):
         browser.open(address)

@@ -573,3 +573,110 @@ def test_panels_can_be_put_away_and_a_link_keeps_them_and_the_moment(opened, add
     assert shown.count(False) == 1
     assert opened.run("document.getElementById('spectrum').closest('figure').hidden")
     assert opened.run("[explorer.clock, explorer.playing]") == [33, False]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", ["drill", "rock", "bow", "stick-slip"])
+def test_the_regime_map_holds_the_motion_and_its_axes_their_units(opened, preset):
+    opened.run(f"explorer.open('#{preset}')")
+    opened.run(FRAME)
+    across, up = (opened.run(f"explorer.state.map.{range}") for range in ("across", "up"))
+    speed, damping = (opened.run(f"explorer.state.system.{name}") for name in ("drive_velocity", "damping"))
+    assert across[0] <= speed <= across[1]
+    assert up[0] <= damping <= up[1]
+    assert opened.run("explorer.link()") == f"#{preset}"
+    if preset == "drill":
+        assert re.search(r"period [\d.]+ s, amplitude [\d.]+ rad, .* breaks away at 6223 N m", facts(opened))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [720, 1440])
+def test_rings_stand_on_their_points(opened, width):
+    opened.resize(width, 900)
+    opened.run(FRAME)
+    opened.run(FRAME)
+    x, y = place(opened, "B")
+    there = opened.run(
+        """(() => { const { plot } = explorer.panels.find(({ plot }) => plot.host.id === 'law');
+        const box = plot.host.getBoundingClientRect(); const [w, f] = explorer.state.system.law.B;
+        return [box.x + plot.px(w), box.y + plot.py(f)]; })()"""
+    )
+    assert [x, y] == pytest.approx(there, abs=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [1024, 1440])
+def test_no_control_of_a_panel_is_cut_off(opened, width):
+    opened.resize(width, 768)
+    opened.run(FRAME)
+    cut = opened.run(
+        """[...document.querySelectorAll('figure .tools > *')].filter((one) => {
+        const [box, frame] = [one, one.closest('figure')].map((element) => element.getBoundingClientRect());
+        return box.left < frame.left || box.right > frame.right; }).map(({ id, className }) => id || className)"""
+    )
+    assert cut == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("preset", ["stick-slip", "wiper"])
+def test_where_the_drive_goes_backwards_the_law_and_its_rings_are_turned(opened, preset):
+    opened.run(f"explorer.open('#{preset}')")
+    facts(opened)
+    find = "explorer.panels.find(({ plot }) => plot.host.id === 'law')"
+    rings = f"[...{find}.handles.values()].map(({{ key, w, f }}) => [key, w, f])"
+    before = {key: (w, f) for key, w, f in opened.run(rings)}
+    opened.run("explorer.change([['system.drive_velocity', -explorer.state.system.drive_velocity]])")
+    assert facts(opened).startswith("Stick-slip")
+    after = {key: (w, f) for key, w, f in opened.run(rings)}
+    assert before.keys() == after.keys()
+    for key, ring in before.items():
+        assert after[key] == pytest.approx([-one for one in ring], rel=0.2, abs=0.05), key
+    ring = {"stick-slip": "D", "wiper": "kinetic"}[preset]
+    law = opened.run("JSON.stringify(explorer.state.system.law)")
+    opened.run(f"document.querySelector('.handle[data-key=\"{ring}\"]').focus()")
+    opened.key("ArrowUp")
+    opened.key("ArrowUp")
+    opened.run(FRAME)
+    old, new = (one[ring] for one in (json.loads(law), opened.run("explorer.state.system.law")))
+    assert (new[1] < old[1]) if ring == "D" else (new < old)
+
+
+@pytest.mark.slow
+def test_a_change_and_the_theme_are_there_after_a_reload(fresh):
+    facts(fresh)
+    assert fresh.run("location.hash") == ""
+    fresh.run("explorer.open('#wiper'), explorer.change([['system.damping', 0.07]])")
+    said = facts(fresh)
+    dark = fresh.run("document.documentElement.dataset.theme === 'dark'")
+    fresh.run("document.getElementById('theme').click()")
+    fresh.wait("location.hash.includes('damping')")
+    try:
+        fresh.send("Page.reload")
+        fresh.wait("performance.getEntriesByType('navigation')[0].type === 'reload' && document.body?.dataset.ready")
+        assert facts(fresh) == said
+        assert fresh.run("document.documentElement.dataset.theme === 'dark'") is not dark
+    finally:
+        fresh.run("delete localStorage['stickslip-theme']")
+
+
+@pytest.mark.slow
+def test_a_field_shows_the_number_that_holds(opened):
+    for field, wrong in (("time", "-3"), ("low", "7"), ("high", "")):
+        before = opened.run(f"document.getElementById('{field}').value")
+        opened.run(
+            f"""(() => {{ const field = document.getElementById('{field}'); field.focus(); field.value = '{wrong}';
+            field.dispatchEvent(new Event('change')); }})()"""
+        )
+        opened.run(FRAME)
+        assert opened.run(f"document.getElementById('{field}').value") == before, field
+
+
+@pytest.mark.slow
+def test_keys_play_and_step_from_where_the_focus_is(opened):
+    opened.run("document.getElementById('csv').focus()")
+    opened.key("n")
+    assert opened.run("explorer.clock") > 0
+    opened.run("document.querySelector('#phase canvas.over').focus()")
+    opened.key(" ")
+    assert opened.run("explorer.playing")
+    opened.run("explorer.play(false)")

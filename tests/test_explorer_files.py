@@ -161,6 +161,9 @@ def value_of(state, path):
     return f"'{path}'.split('.').reduce((at, key) => at[key], {state}.system.law)"
 
 
+STATE = '<script type="application/json" id="state">'
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
@@ -169,7 +172,10 @@ def value_of(state, path):
         ("t,w,force\n0,1,2", "expected at least 10 rows, got 1"),
         ('{"t": [1', "expected a record as JSON"),
         ("\ufffdHDF\r\n", "run stickslip explore run.csv, which reads more of them"),
+        ("t,w,force\n" + "0,1,2\n1,1,2\n0.5,1,2\n" * 5, "row 4: expected times that increase, got 0.5 after 1"),
         ("<!doctype html><p>", "expected a page that Save page or stickslip explore wrote"),
+        (f"<!doctype html>{STATE}{{&quot;</script>", "got one whose state is broken"),
+        (f'<!doctype html>{STATE}{{"system": {{}}}}</script>', "got one whose system has no mass, stiffness, damping"),
     ],
 )
 def test_a_file_that_is_no_record_is_refused_with_a_sentence(opened, text, sentence):
@@ -177,6 +183,19 @@ def test_a_file_that_is_no_record_is_refused_with_a_sentence(opened, text, sente
     said = opened.run("document.getElementById('facts').textContent")
     assert said.startswith("run.csv")
     assert sentence in said
+    # The page is as it was.
+    opened.run("explorer.change([])")
+    opened.run(FRAME)
+    assert opened.run("document.getElementById('facts').textContent").startswith("Stick-slip")
+
+
+def test_the_csv_file_of_a_row_of_masses_is_read_as_that_of_the_first(opened):
+    opened.run("explorer.open('#chain')")
+    opened.run(FRAME)
+    drop(opened, "row.csv", opened.run("explorer.csv()"))
+    opened.wait("explorer.records.length === 1")
+    assert opened.run("explorer.records[0].breaks.length") > 5
+    assert opened.run("explorer.records[0].x") == pytest.approx(opened.run("Array.from(explorer.orbit.x[0])"))
 
 
 def drop(browser, name, content):

@@ -121,8 +121,13 @@ export class Controls {
     input.setAttribute("aria-label", label);
     input.addEventListener("change", () => {
       if (Number.isFinite(input.valueAsNumber)) this.change([[path, input.valueAsNumber]]);
+      else input.value = was;
     });
-    this.refreshers.push({ input, refresh: (state) => document.activeElement !== input && (input.value = String(+Number(get(state, path)).toPrecision(8))) });
+    let was = "";
+    this.refreshers.push({ input, refresh: (state) => {
+      was = String(+Number(get(state, path)).toPrecision(8));
+      if (document.activeElement !== input) input.value = was;
+    } });
     return input;
   }
 

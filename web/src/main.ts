@@ -1,6 +1,7 @@
 /** The script is the explorer's where its page stands, the elements' in another page, and the worker's where there is no document. */
 import { start } from "./page";
 import { work } from "./sweeps";
+import { keptTheme } from "./theme";
 
 function begin(): void {
   // The page as it was opened, before anything in it changes: without this script, which is unpacked from it again.
@@ -9,8 +10,9 @@ function begin(): void {
   here.remove();
   const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
   const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  document.documentElement.dataset["theme"] ||= dark ? "dark" : "light";
-  if (document.getElementById("panels")) void start(source, program);
+  const whole = document.getElementById("panels");
+  document.documentElement.dataset["theme"] ||= (whole && keptTheme()) || (dark ? "dark" : "light");
+  if (whole) void start(source, program);
   // An element is a class of the document's, which a worker has not.
   else void import("./element").then(({ StickSlip }) => customElements.define("stick-slip", StickSlip));
 }

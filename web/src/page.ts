@@ -291,6 +291,25 @@ export class Page {
     if (this.sound.on) this.listen();
     this.tell();
     document.body.classList.toggle("refused", Boolean(this.refused));
+    this.remember();
+  }
+
+  /** Keep the state in the address once it changed, so that a reload brings it back. */
+  private remember(): void {
+    const link = toLink(this.state, this.data.presets);
+    this.first ??= link;
+    clearTimeout(this.waiting);
+    if (link !== this.first || location.hash) this.waiting = window.setTimeout(() => this.toAddress(), 500);
+  }
+  private first: string | null = null;
+  private waiting = 0;
+
+  toAddress(): void {
+    try {
+      history.replaceState(null, "", this.link());
+    } catch {
+      // A page within another has no address of its own.
+    }
   }
 
   /** Columns of the orbit diagram that have come: up and down. */
@@ -332,10 +351,22 @@ export class Page {
 
   /** The state and the records of a page that was saved. */
   private take(name: string, page: globalThis.Document): void {
-    const read = (id: string) => JSON.parse(page.getElementById(id)?.textContent || "null");
+    const refuse = (got: string) => new Refused(`${name}: expected a page that Save page or stickslip explore wrote, got ${got}; choose a CSV file or such a page`);
+    const read = (id: string) => {
+      try {
+        return JSON.parse(page.getElementById(id)?.textContent || "null");
+      } catch (error) {
+        throw refuse(`one whose ${id} is broken (${(error as Error).message})`);
+      }
+    };
     const [state, records] = [read("state"), read("records")];
-    if (!state?.system) throw new Refused(`${name}: expected a page that Save page or stickslip explore wrote, got another one; choose a CSV file or such a page`);
-    this.state = { ...structuredClone(presetState(this.presetOf(state.preset), this.data.presets)), ...state };
+    if (!state?.system) throw refuse("another one");
+    const next: State = { ...structuredClone(presetState(this.presetOf(state.preset), this.data.presets)), ...state };
+    const lacks = Object.keys(this.state.system).filter((key) => state.system[key] === undefined);
+    if (lacks.length) throw refuse(`one whose system has no ${lacks.join(", ")}`);
+    // What the core refuses leaves the page as it was.
+    simulate(this.core, next, 1);
+    this.state = next;
     this.update();
     this.measure(records ?? []);
   }

@@ -57,7 +57,8 @@ export function readRecord(name: string, text: string, { drive, adhesion }: Rig)
   }
   const [head = "", ...lines] = text.trim().split(/\r?\n/);
   const header = head.split(",").map((word) => word.trim());
-  const at = Object.fromEntries(Object.entries(NAMES).map(([key, names]) => [key, header.findIndex((word) => names.includes(word))]));
+  // Of a row of masses, as the page writes it, the first one.
+  const at = Object.fromEntries(Object.entries(NAMES).map(([key, names]) => [key, header.findIndex((word) => names.includes(word.replace(/_0$/, "")))]));
   for (const key of ["t", "w", "force"])
     if (at[key]! < 0) throw new Refused(`${name}: expected a column named ${NAMES[key]!.join(" or ")}, got ${header.slice(0, 8).join(", ")}; name the columns in the first line`);
   const columns = Object.fromEntries(Object.keys(NAMES).map((key) => [key, [] as number[]])) as Record<string, number[]>;
@@ -72,10 +73,12 @@ export function readRecord(name: string, text: string, { drive, adhesion }: Rig)
     }
   });
   const { t, w, force, x, error, stuck: mark } = columns as Record<"t" | "w" | "force" | "x" | "error" | "stuck", number[]>;
+  const back = t.findIndex((time, i) => time < t[i - 1]!);
+  if (back > 0) throw new Refused(`${name}, row ${back + 2}: expected times that increase, got ${t[back]} after ${t[back - 1]}; sort the rows`);
   if (t.length < 10) throw new Refused(`${name}: expected at least 10 rows, got ${t.length}; take a longer record`);
   const fast = w.reduce((most, one) => Math.max(most, Math.abs(one)), 0);
   // The page's own CSV says the branch, −1 while stuck; others may say 1 or true.
-  const branch = header[at["stuck"]!] === "branch";
+  const branch = header[at["stuck"]!]?.startsWith("branch");
   const stuck = w.map((one, i) => (mark.length ? (branch ? mark[i]! < 0 : mark[i] !== 0) : Math.abs(one) < 1e-6 * fast));
   return { name, t, drive, // At its end a slip is as fast as rounding lets it be.
     w: w.map((one, i) => (stuck[i] || Math.abs(one) < 1e-12 * fast ? 0 : one)), force, stuck, x: x.length ? x : null, error: error.length ? error : null, ...sticks(t, force, stuck, adhesion) };

@@ -27,6 +27,25 @@ const DARK: Theme = {
   regimes: ["#f0803c", "#6cb6e8", "#2fbf8f", "#e29ac4", "#a5a5a5", "#ff6b6b", "#999999"],
 };
 
+/** Show the page light or dark from now on. */
+export function keepTheme(name: string): void {
+  document.documentElement.dataset["theme"] = name;
+  try {
+    localStorage["stickslip-theme"] = name;
+  } catch {
+    // A page within another may have no storage.
+  }
+}
+
+/** What was chosen on a page before. */
+export function keptTheme(): string {
+  try {
+    return localStorage["stickslip-theme"] ?? "";
+  } catch {
+    return "";
+  }
+}
+
 export const theme = (): Theme => (document.documentElement.dataset["theme"] === "dark" ? DARK : LIGHT);
 export const SERIF = "'STIX Two Text', 'Cambria Math', Georgia, serif";
 

@@ -5,6 +5,7 @@ import type { Page } from "./page";
 import type { Panel } from "./panels/panel";
 import { neat, rangeOf } from "./plot";
 import { type Document, FRESH, get } from "./state";
+import { keepTheme, theme } from "./theme";
 
 const $ = <T extends HTMLElement = HTMLElement>(id: string): T => document.getElementById(id) as T;
 
@@ -38,7 +39,7 @@ function choices(page: Page): void {
   const more = $("more");
   more.onclick = () => more.setAttribute("aria-expanded", String(more.parentElement!.classList.toggle("open")));
   $("theme").onclick = () => {
-    document.documentElement.dataset["theme"] = document.documentElement.dataset["theme"] === "dark" ? "light" : "dark";
+    keepTheme(theme().dark ? "light" : "dark");
     page.redrawAll();
   };
   const choose = $<HTMLInputElement>("file");
@@ -72,8 +73,10 @@ function ranges(page: Page): void {
   };
   for (const end of ["low", "high"] as const)
     $<HTMLInputElement>(end).onchange = ({ target }) => {
-      const next = { ...page.state.diagram, [end]: (target as HTMLInputElement).valueAsNumber };
+      const field = target as HTMLInputElement;
+      const next = { ...page.state.diagram, [end]: field.valueAsNumber };
       if (next.low < next.high) page.change([["diagram", next]]);
+      else field.value = String(page.state.diagram[end]);
     };
   for (const [id, axis, range] of [["map-x", "x", "across"], ["map-y", "y", "up"]] as const)
     $<HTMLSelectElement>(id).onchange = ({ target }) => {
@@ -88,8 +91,8 @@ function ranges(page: Page): void {
 /** Time: how long, where from, how fast, and heard. */
 function motion(page: Page): void {
   $<HTMLInputElement>("time").onchange = ({ target }) => {
-    const value = (target as HTMLInputElement).valueAsNumber;
-    if (value > 0) page.change([["t_end", Math.min(5000, value)]]);
+    const { valueAsNumber: value } = target as HTMLInputElement;
+    page.change(value > 0 ? [["t_end", Math.min(5000, value)]] : []);
   };
   $<HTMLInputElement>("carry").onchange = ({ target }) => (page.carry = (target as HTMLInputElement).checked);
   $("anew").onclick = () => page.change([["start", { x0: null, v0: null }]]);
@@ -104,11 +107,13 @@ function motion(page: Page): void {
   };
   $("pitch").oninput = () => page.sound.on && page.listen();
   addEventListener("keydown", (event) => {
-    if (event.target !== document.body) return;
-    if (event.key === " ") {
+    // A field takes both keys, a button the space bar.
+    const { target, key } = event;
+    if (!(target instanceof Element) || target.matches("select, input:not([type=range], [type=checkbox])")) return;
+    if (key === " " && !target.matches("button, input, summary")) {
       event.preventDefault();
       page.play(!page.playing);
-    } else if (event.key === "n") page.nextEvent();
+    } else if (key === "n" && !event.ctrlKey && !event.metaKey) page.nextEvent();
   });
 }
 
@@ -118,13 +123,9 @@ function takeAway(page: Page): void {
   $("png").onclick = async () => save("stickslip.png", await page.sharp(page.panels, 2, () => picture(page.panels.map(({ plot }) => plot), $("panels"), 2)), "image/png");
   $("save").onclick = () => save("explorer.html", page.savedPage(), "text/html");
   $("link").onclick = async () => {
-    try {
-      history.replaceState(null, "", page.link());
-    } catch {
-      // A page within another has no address of its own.
-    }
+    page.toAddress();
     await navigator.clipboard?.writeText(location.href.replace(/#.*$/, "") + page.link()).catch(() => undefined);
-    $("link").textContent = "Copied";
+    $("link").textContent = page.records.length ? "Copied without the record" : "Copied";
     setTimeout(() => ($("link").textContent = "Copy link"), 1200);
   };
 }
