@@ -264,7 +264,7 @@ def test_drift_along_the_record_is_taken_off_and_said():
     found = fit_static_friction(friction(t_s, force, per_slip=drift))
     assert found.relative
     assert found.fits["logarithmic"].parameters.loc["slope", "value"] == pytest.approx(0.05, abs=0.004)
-    assert "drifts" in found.notes[0]
+    assert "only by" in found.notes[0]
 
 
 def test_where_friction_drifts_a_break_away_without_its_slip_is_left_out():

@@ -314,7 +314,7 @@ def test_a_law_of_more_numbers_is_as_good_worse_or_not_to_be_told_by_the_interva
     assert (chosen, verdict) == ("A", {"A": "best", "B": "cannot tell"})
     assert low < 0 < behind < high
     assert high > comparison.CLOSE_BEHIND
-    assert "B (error 22.1 % above the least); more records would tell" in said[-1]
+    assert "B (error 22.1 % above the least); more records are needed" in said[-1]
 
 
 @pytest.mark.parametrize(("behind", "chosen"), [(0.38, "B"), (0.42, "A")])
