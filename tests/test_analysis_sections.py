@@ -326,6 +326,13 @@ def test_a_motion_that_still_settles_is_undecided():
     assert rows["recurrence"].tolist() == ["undecided"] * 2
 
 
+def test_a_heavily_damped_motion_on_its_way_is_undecided():
+    # D/k = 1e4: the slip speed rises monotonically to that of the drive over some 1e4 time units, and meets no section.
+    heavy = ss.Oscillator(1e4, 1e-4, ss.laws.Coulomb(0.5))
+    look = Look(transient=300, window=32, tolerance=1e-6, decide=500)
+    assert rows_of(heavy, "drive_velocity", [1e-4], look, "closed form")["recurrence"].tolist() == ["undecided"]
+
+
 @pytest.mark.parametrize(
     ("damping", "speed", "law", "amplitude", "frequency"),
     [

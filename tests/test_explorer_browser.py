@@ -350,7 +350,12 @@ def test_the_questions_of_the_lessons_are_answered_on_the_page(opened):
 
 @pytest.mark.slow
 def test_the_orbit_diagram_says_where_the_sweeps_found_another_motion(opened):
-    for link, another in (("#forced&start.x0=[1.12]&start.v0=[0]", True), ("#forced", False), ("#stick-slip", False), ("#almost-harmonic", False)):
+    for link, another in (
+        ("#forced&start.x0=[1.12]&start.v0=[0]", True),
+        ("#forced", False),
+        ("#stick-slip", False),
+        ("#almost-harmonic", False),
+    ):
         opened.run(f"explorer.open('{link}')")
         opened.run(FRAME)
         swept(opened)

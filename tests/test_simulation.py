@@ -118,6 +118,24 @@ def test_a_run_that_is_cut_within_its_first_period_does_not_tell_a_regime():
     assert ss.simulate(system, 100.0, x0=0.0, v0=2.0, max_events=20).regime() == "stick_slip"
 
 
+@pytest.mark.parametrize("speed", [1e-7, 1e-4])
+def test_a_slow_drive_is_no_rest_for_an_orbit_or_a_diagram(speed):
+    # Sticks last (f_s - 0)/(k s) and more, so that no sample of a regular grid may lie in a slip.
+    slow = ss.Oscillator(0.1, speed, ss.laws.StaticKinetic(1.0, 0.5))
+    orbit = ss.simulate(slow, 20 / speed)
+    assert (orbit.events["kind"] == "release").sum() > 15
+    assert orbit.regime() == "stick_slip"
+    if speed == 1e-4:
+        diagram = ss.orbit_diagram(slow, "drive_velocity", [speed], periods=40, keep=20)
+        assert (diagram["regime"].item(), diagram["period"].item()) == ("stick_slip", 1)
+
+
+def test_whole_periods_of_forcing_between_samples_do_not_hide_a_swing():
+    # 199,999 forcing periods sampled at 200,000 times: each sample lies at the same phase.
+    swinging = ss.Oscillator(0.9, 2.0, ss.laws.Coulomb(0.5), forcing=ss.Harmonic(0.5, 1.0))
+    assert ss.simulate(swinging, 199_999 * 2 * np.pi).regime() == "almost_harmonic"
+
+
 def test_other_regimes():
     coulomb = ss.laws.Coulomb(0.5)
     at_rest = ss.simulate(ss.Oscillator(0.0, 0.0, coulomb), 100, x0=5.3, v0=0.0)

@@ -245,7 +245,9 @@ def parting(
             return math.nan, False
         runs.append(np.reshape(orbit.at(times)[0], (len(times), -1)))
         met = np.asarray(orbit._steady(returns, span, surface, look.contact)["section_x"][0])
-        settles = still_changes(met[np.isfinite(met)])
+        points = met[np.isfinite(met)]
+        # What has not met the section once is on its way somewhere.
+        settles = not points.size or still_changes(points)
     return float(np.abs(runs[1] - runs[0])[len(times) // 2 :].max() / beside), settles
 
 
