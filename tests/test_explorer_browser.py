@@ -585,7 +585,7 @@ def test_panels_can_be_put_away_and_a_link_keeps_them_and_the_moment(opened, add
 def test_the_regime_map_holds_the_motion_and_its_axes_their_units(opened, preset):
     opened.run(f"explorer.open('#{preset}')")
     opened.run(FRAME)
-    across, up = (opened.run(f"explorer.state.map.{range}") for range in ("across", "up"))
+    across, up = (opened.run(f"explorer.state.map.{side}") for side in ("across", "up"))
     speed, damping = (opened.run(f"explorer.state.system.{name}") for name in ("drive_velocity", "damping"))
     assert across[0] <= speed <= across[1]
     assert up[0] <= damping <= up[1]

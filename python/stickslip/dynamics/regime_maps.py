@@ -49,8 +49,8 @@ def regime_map(
         ``{"forcing.amplitude": a, "forcing.frequency": f}``, each shape
         (n,) in increasing order; ``"x0"`` and ``"v0"`` vary the start. All combinations are run.
     transient : periods that are left out, of the first forcing or, without one, of the natural motion.
-    window : periods after them that are looked at; a period of up to half of it is found. Stick-slip on a slow drive is looked
-        at for longer, until it has come back six times.
+    window : periods after them that are looked at; a period of up to half of it is found. Stick-slip on a slow drive is
+        looked at for longer, until it has come back six times.
     section, tolerance, decide, x0, v0, contact, store, workers, cluster, progress, max_seconds : as in :func:`orbit_diagram`.
 
     Returns
