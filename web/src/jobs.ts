@@ -146,8 +146,8 @@ export class Jobs {
         return { test: steadyQuestion(state, true, LONG), exponent: { system: documentOf(state), ...state.start, t_end, transient: 0.2, max_events: 1e6 } };
       },
       // Of some motions there is no derivative: then the 0–1 test stands alone.
-      hear: ({ chaos }) => {
-        this.found = chaos ?? this.found;
+      hear: ({ chaos, refused }) => {
+        this.found = chaos ?? this.found ?? (refused ? { late: null, test: NaN, exponent: null } : null);
         // Where everything sticks the exponent is −∞.
         if (this.found?.exponent?.some((one) => !Number.isFinite(one))) this.found = { ...this.found, exponent: null };
       },
