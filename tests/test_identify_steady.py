@@ -479,3 +479,25 @@ def test_the_scale_of_a_fall_is_that_of_least_squares_however_many_samples_there
     best, covariance = curve_fit(form, w, force, [0.4, 0.2, 0.1, 0.0])
     values = found.parameters["value"].reindex(["kinetic", "weakening", "scale", "viscous"]).to_numpy()
     assert np.all(np.abs(values - best) < 0.01 * np.sqrt(np.diag(covariance)))
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+def test_a_fall_that_the_error_of_the_speed_blurs_is_said_to_be_unknown(seed: int) -> None:
+    # a fall over 5 mm/s, seen from 6 mm/s on as the speed has an error of 1.5: a Gaussian fall over 9.7 fits as well
+    rng, t = np.random.default_rng(seed), np.arange(0, 60, 0.02)
+    w = 0.05 * np.sin(np.pi * t)
+    force = np.sign(w) * (3 + 2 * np.exp(-np.abs(w) / 0.005)) + 0.05 * rng.standard_normal(t.size)
+    rig = {
+        "instrument": "direct_force",
+        "columns": {"time": "t", "velocity": "v", "force": {"column": "F", "unit": "N"}},
+    }
+    found = fit_steady(measure({"t": t, "v": w + 0.006 * rng.standard_normal(t.size), "F": force}, rig))
+    truth = {"kinetic": 3.0, "viscous": 0.0, "weakening": 2.0, "scale": 0.005}
+    assert all(inside(found.parameters, name, value) for name, value in truth.items())
+    assert found.at_rest[1:] == (0.0, np.inf)
+    assert "blurs the fall, so neither its shape nor friction at rest can be told" in found.notes[0]
+    assert not any("at rest (" in note for note in found.notes)
+    clear = fit_steady(measure({"t": t, "v": w, "F": force}, rig))
+    assert clear.chosen.startswith("Stribeck")
+    assert not any("blur" in note for note in clear.notes)
+    assert clear.best.at_rest(0.003)[1] < 5.0 < clear.best.at_rest(0.003)[2]

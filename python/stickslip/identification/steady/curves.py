@@ -83,6 +83,7 @@ class Rows:
 
     `source` names the record of each, `acceleration` is given where the record contradicts the inertia of its rig. Where
     records differ by more than chance they lie `apart`, and each counts as one. `turning`: the position is an angle in rad.
+    `blur` is the standard error of w, 0 where it is not known.
     """
 
     w: Array
@@ -95,6 +96,7 @@ class Rows:
     apart: bool = False
     acceleration: Array | None = None
     turning: bool = False
+    blur: float = 0.0
 
     def __len__(self) -> int:
         return len(self.w)

@@ -20,7 +20,7 @@ from stickslip.files.checks import did_you_mean
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.records import check_same_units, some_of, tree_of
 from stickslip.identification.steady.curves import ONE_SPEED, SHAPES, Rows, SteadyFit, forms_of
-from stickslip.identification.steady.misfit import predicts_worse, widened
+from stickslip.identification.steady.misfit import is_blurred, predicts_worse, widened, with_speed_error
 from stickslip.identification.steady.single_form_fit import fit_form
 from stickslip.identification.steady.steady_notes import (
     is_constant,
@@ -143,8 +143,11 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
         )
     fits[chosen], missed, valid = widened(rows, fits[chosen])
     hidden = _hidden(rows, fits[chosen], shapes, each_way)
+    blur = rows.blur if is_blurred(rows, fits[chosen]) else 0.0
+    fits[chosen], blurred = with_speed_error(rows, fits[chosen], _other_falls(rows, fits[chosen]) if blur else [])
     notes = [
         *missed,
+        *blurred,
         *notes_on_disagreement(rows, fits[chosen]),
         *notes,
         *notes_on_choice(rows, fits, chosen, undecided, hidden),
@@ -154,7 +157,8 @@ def fit_steady(friction: Any, law: str | None = None) -> SteadyFriction:
     data = {"slip_velocity": rows.w, "force": rows.force, "force_error": error, "source": rows.source}
     data["motion_force"] = fits[chosen].of_motion(rows)
     command = shlex.join(["stickslip", "identify", *names, "--steady", *(["--law", law] if law else [])])
-    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command, units[0][1], valid, hidden)
+    stated = units[0][1]
+    return SteadyFriction(pd.DataFrame(data), fits, chosen, undecided, notes, command, stated, valid, hidden, blur)
 
 
 def _fits(rows: Rows, shapes: Iterable[str], each_way: bool) -> dict[str, SteadyFit]:
@@ -191,3 +195,15 @@ def _hidden(rows: Rows, best: SteadyFit, shapes: Iterable[str], each_way: bool) 
     return {
         form: fit for form, fit in fits.items() if fit is not None and predicts_worse(rows, best.losses, fit.losses)
     }
+
+
+def _other_falls(rows: Rows, best: SteadyFit) -> list[SteadyFit]:
+    """The other falls of friction with the same numbers as the chosen form, over measured speeds or below them."""
+    shape, *more = best.form.split(", ")
+    others = [name for name, terms in SHAPES.items() if "weakening" in terms and name != shape]
+    tried = [
+        fit_form(rows, ", ".join([name, *more]), best.curve.terms, hidden=hidden)
+        for name in others
+        for hidden in (False, True)
+    ]
+    return [fit for fit in tried if fit is not None]

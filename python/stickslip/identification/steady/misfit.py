@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,6 +27,8 @@ SURE = 2.0
 """Standard errors by which held-back rows must be predicted better before friction is said to follow position or time."""
 PART = 0.1
 """Share of the mean squared misfit that position or time must explain before that is said: less of it moves no number far."""
+CLEAR = 8.0
+"""Errors of the speed over which a fall of friction must extend: with fewer an exponential is off by 0.8 % of it or more."""
 CLUSTERS = 12
 """Ranges of position or time in which what is left of the force goes together."""
 
@@ -88,6 +91,40 @@ def widened(rows: Rows, fit: SteadyFit) -> tuple[SteadyFit, list[str], bool]:
         )
         fit = fit.with_covariance(fit.covariance * max(factor, 1.0) ** 2, fit.freedom)
     return fit, notes, valid
+
+
+def is_blurred(rows: Rows, fit: SteadyFit) -> bool:
+    """Whether friction falls over speeds that the error of the speed is not small against."""
+    return "weakening" in fit.curve.terms and fit.curve.scale < CLEAR * rows.blur
+
+
+def with_speed_error(rows: Rows, fit: SteadyFit, others: Iterable[SteadyFit]) -> tuple[SteadyFit, list[str]]:
+    """The fit with intervals that hold what the error of the speed does to it, and what is said of that.
+
+    Least squares take the speed for exact. Where the error of it is not small against the speeds over which friction falls,
+    the mean force at a measured speed is that of a blurred curve, to which another fall may be the nearest: rows near rest
+    are missing, and what is left of one looks like the other. Intervals then hold how far the blur moves the numbers, to
+    second order in the error, and those of `others`, forms with the same numbers, that predict about as well.
+    """
+    if not is_blurred(rows, fit):
+        return fit, []
+    ahead, behind = (replace(rows, w=rows.w + sign * np.sign(rows.w) * rows.blur) for sign in (1, -1))
+    bent = (fit.curve.columns(ahead) + fit.curve.columns(behind)) / 2 - fit.curve.columns(rows)
+    jacobian = fit.curve.jacobian(rows, fit.numbers)
+    size = np.linalg.norm(jacobian, axis=0)
+    falls = [i for i, term in enumerate(fit.curve.terms) if term.startswith("weakening")]
+    moves = [linear(jacobian / size, bent[:, falls] @ fit.numbers[falls], rows.error) / size]
+    alike = [other for other in others if not predicts_worse(rows, other.losses, fit.losses)]
+    moves += [other.vector - fit.vector for other in alike]
+    errors = fit.curve.scale / rows.blur
+    held = " and ".join(f"{other.form} with a scale of {other.curve.scale:.3g}" for other in alike)
+    note = (
+        f"The speed has a standard error of {rows.blur:.2g}, and by this form friction falls over {fit.curve.scale:.2g}, "
+        f"{errors:.2g} times as much: that blurs the fall, so neither its shape nor friction at rest can be told. The "
+        f"intervals hold the blur{f' and {held}, which predicts about as well' if held else ''}; measure the speed with less "
+        "noise."
+    )
+    return fit.with_covariance(fit.covariance + sum(np.outer(one, one) for one in moves), fit.freedom), [note]
 
 
 def _others(rows: Rows) -> Iterator[tuple[str, Array, int]]:

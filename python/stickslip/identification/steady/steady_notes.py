@@ -12,6 +12,7 @@ from scipy.special import chdtri
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.kinetic.replayed_motion import extrapolated_note
 from stickslip.identification.steady.curves import FEW_ROWS, GRAVITY, Rows, SteadyFit
+from stickslip.identification.steady.misfit import is_blurred
 from stickslip.identification.steady.single_form_fit import record_scatter_of
 
 APART = 0.1
@@ -160,6 +161,12 @@ def _extrapolated(rows: Rows, fits: dict[str, SteadyFit], names: list[str], hidd
     """What the law says of rest, where nothing was measured, and what forms that predict as well say of it."""
     slow = float(np.abs(rows.w).min())
     value, low, high = fits[names[0]].at_rest(slow)
+    if is_blurred(rows, fits[names[0]]):
+        return [
+            f"Nothing was measured below w = {slow:.3g}, and the error of the speed blurs the fall of friction above that. "
+            f"The break-away force of the law, {value:.3g}, is where this form goes on to: friction at rest cannot be told; "
+            "measure a break-away."
+        ]
     _, lowest, highest = at_rest(slow, [fits[name] for name in names], hidden.values())
     here = fits[names[0]].at_rest(slow, slow)[0]
     open_ended = "upwards" if highest == math.inf else f"to {highest:.3g}"

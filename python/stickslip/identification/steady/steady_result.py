@@ -5,6 +5,7 @@ The choice is made in `form_choice`, each form is fitted in `single_form_fit`, a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -42,6 +43,7 @@ class SteadyFriction(Result):
     stated : units of force and slip velocity.
     valid : whether intervals and asymmetry hold: not where the force follows position or time as no form does, which is
         the first of the notes.
+    blur : standard error of the speed where that blurs the fall of the chosen form; else 0.
     """
 
     rows: pd.DataFrame
@@ -53,6 +55,7 @@ class SteadyFriction(Result):
     stated: Mapping[str, str] = field(default_factory=dict)
     valid: bool = True
     hidden: dict[str, SteadyFit] = field(default_factory=dict)
+    blur: float = 0.0
 
     @property
     def at_rest(self) -> tuple[float, float, float]:
@@ -60,7 +63,8 @@ class SteadyFriction(Result):
 
         The value is that of the chosen form. The ends are those of all 95 % intervals of the forms that predict held-back
         rows as well, and of the `hidden` ones. Where the chosen form does not fall with the speed, or less than 70 % of
-        its fall were measured, the upper end is infinite: a fall below the slowest speed would not be seen.
+        its fall were measured, the upper end is infinite: a fall below the slowest speed would not be seen. Where the error
+        of the speed blurs the fall, nothing is excluded: the ends are 0 and infinite.
 
         >>> import xarray as xr
         >>> w = np.geomspace(0.15, 1.5, 24)
@@ -72,6 +76,8 @@ class SteadyFriction(Result):
         True
         """
         slow = float(self.rows["slip_velocity"].abs().min())
+        if self.blur:
+            return self.best.at_rest(slow)[0], 0.0, math.inf
         return at_rest(slow, [self.fits[name] for name in (self.chosen, *self.undecided)], self.hidden.values())
 
     @property

@@ -79,7 +79,9 @@ def rows_of(tree: xr.DataTree, name: str) -> tuple[Rows, dict[str, str], LeftOut
         rows = Rows(w, force, np.ones(len(w)), unknown, position, np.full(len(w), name), True, turning=turning)
         _check(rows, name, "sample")
         stated = "slip_velocity_error" in root
-        moving = np.abs(w) > SENSE * (_numbers(root, "slip_velocity_error", name) if stated else noise_level(w))
+        error = _numbers(root, "slip_velocity_error", name) if stated else np.full(len(w), noise_level(w))
+        rows = replace(rows, blur=float(np.median(error)))
+        moving = np.abs(w) > SENSE * error
         slides = ~root["stuck"].to_numpy().astype(bool) if "stuck" in root else np.ones(len(w), dtype=bool)
         cutoff = float(root.attrs.get("cutoff", math.nan)) if table is not None else math.nan
         smoothed = beside_sticks(time, slides, cutoff)
@@ -331,6 +333,7 @@ def joined(parts: list[Rows]) -> Rows:
         given = [np.zeros(len(part)) if part.acceleration is None else part.acceleration for part in parts]
         columns["acceleration"] = np.concatenate(given)
     columns |= {name: all(getattr(part, name) for part in parts) for name in ("series", "turning")}
+    columns["blur"] = max(part.blur for part in parts)
     rows = Rows(**columns)
     if not (np.isfinite(rows.error) & (rows.error > 0)).all():
         return replace(rows, error=np.ones(len(rows)))
