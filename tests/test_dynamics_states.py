@@ -54,6 +54,34 @@ def test_its_multipliers_are_those_of_differences_of_another_integrator(cycle):
     assert cycle.error.max() < 1e-5
 
 
+@pytest.mark.long
+@pytest.mark.parametrize(("stiffness", "damping"), [(0.05, 0.5), (0.01, 0.05)])
+def test_exponents_of_steady_slip_under_rate_and_state_are_its_eigenvalues(stiffness, damping):
+    a, b, steady = 0.01, 0.015, 0.6
+    law = ss.laws.RateState(normal_force=1.0, a=a, b=b, length=1.0, reference_velocity=1.0)
+    # About w = 1, ψ = 0: F = a asinh(w/2 exp((μ + b ψ)/a)), ψ̇ = exp(−ψ) − w
+    half = np.exp(steady / a) / 2
+    by_speed, by_state = a * half / np.sqrt(1 + half**2), b * half / np.sqrt(1 + half**2)
+    matrix = [[0, 1, 0], [-stiffness, -damping - by_speed, by_state], [0, 1, -1]]
+    known = np.sort(np.linalg.eigvals(matrix).real)[::-1]
+    start = a * np.arcsinh(half) / stiffness
+    system = ss.Oscillator(damping, 1.0, law, stiffness=stiffness)
+    found = ss.lyapunov(system, 800.0, x0=start * 1.00001, v0=0.0)
+    np.testing.assert_allclose(found.exponents, known, atol=1.5e-3)
+
+
+@pytest.mark.parametrize(
+    ("speed", "fastest"),
+    [pytest.param(0.05, -100.0, marks=pytest.mark.long), pytest.param(1.0, -2000.0, marks=pytest.mark.slow)],
+)
+def test_a_bristle_forgets_as_fast_as_it_bends(speed, fastest):
+    """Far above the Stribeck velocity the rate is −σ₀ w/g; the mass on its spring swings with the damping σ₂ = 0.1."""
+    law = ss.laws.LuGre(1e3, 10.0, 0.1, kinetic=0.5, break_away=0.5, scale=0.1)
+    found = ss.lyapunov(ss.Oscillator(0.0, speed, law), 30.0, x0=0.5 + 0.1 * speed, v0=0.0)
+    np.testing.assert_allclose(found.exponents[2], fastest, rtol=1e-3)
+    np.testing.assert_allclose(found.exponents[:2].sum() + found.exponents[2], fastest - 0.1, rtol=1e-4)
+
+
 @pytest.mark.slow
 def test_exponents_of_a_regular_motion_are_those_of_its_multipliers(cycle):
     spectrum = ss.lyapunov(SWING, 60 * cycle.period)

@@ -95,6 +95,86 @@ def test_exponents_of_a_slipping_chain_are_half_its_damping() -> None:
     assert spectrum.exponents == pytest.approx(np.full(24, -0.05), abs=4 / 300)
 
 
+def rates_of(mass: list[float], damping: float, stiffness: list[list[float]]) -> np.ndarray:
+    """Real parts of the eigenvalues of M ẍ + D ẋ + K x = 0 with the same damping at each mass, the largest first."""
+    n = len(mass)
+    inverse = np.diag(1 / np.array(mass))
+    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -damping * inverse]])
+    return np.sort(np.linalg.eigvals(matrix).real)[::-1]
+
+
+@pytest.mark.parametrize(
+    ("damping", "drive", "law", "slope", "transient"),
+    [
+        (0.1, 0.5, ss.laws.Coulomb(0.5), 0.0, 0.1),
+        (0.1, 0.5, ss.laws.Coulomb(0.5), 0.0, 0.0),
+        # Slip begins at the start, and creeps.
+        (3.0, 0.5, ss.laws.Coulomb(0.5), 0.0, 0.1),
+        (3.0, 0.1, ss.laws.Coulomb(0.5), 0.0, 0.1),
+        # F = 0.5 + 0.5 exp(−u/0.1) + 0.1 u
+        (0.3, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.1, 0.1), 0.1 - 5 * math.exp(-10.0), 0.1),
+    ],
+)
+def test_exponents_of_steady_slip_are_its_eigenvalues_however_it_begins(
+    damping: float, drive: float, law: ss.laws.Law, slope: float, transient: float
+) -> None:
+    spectrum = ss.lyapunov(ss.Oscillator(damping, drive, law), 400.0, transient=transient)
+    assert spectrum.events == 0
+    # Within a period the growth of a direction swings by a factor of about 2, and directions turn at first.
+    assert spectrum.exponents == pytest.approx(rates_of([1.0], damping + slope, [[1.0]]), abs=2e-3)
+    assert spectrum.errors.max() < 2e-2
+
+
+@pytest.mark.parametrize("damping", [3.0, 20.0])
+def test_exponents_of_two_slipping_masses_are_their_eigenvalues(damping: float) -> None:
+    stiffness = [[2.0, -1.0], [-1.0, 2.0]]
+    contacts = [ss.Contact(0, ss.laws.Coulomb(0.2), 0.5), ss.Contact(1, ss.laws.Coulomb(0.3), 0.5)]
+    pair = ss.System([1.0, 2.0], stiffness, [damping, damping], contacts)
+    spectrum = ss.lyapunov(pair, 200.0, x0=[0.0, 0.0], v0=[0.0, 0.0])
+    # Disturbances of the two slow modes part slowly.
+    assert spectrum.exponents == pytest.approx(rates_of([1.0, 2.0], damping, stiffness), abs=6e-3)
+
+
+@pytest.mark.parametrize("damping", [3.0, 40.0])
+def test_heavy_damping_forgets_fast_but_not_at_once(damping: float) -> None:
+    system = ss.Oscillator(damping, 5.0, ss.laws.Coulomb(1.0), forcing=ss.Harmonic(0.3, 1.0))
+    spectrum = ss.lyapunov(system, 60.0, x0=0.5, v0=0.01)
+    assert spectrum.exponents == pytest.approx(rates_of([1.0], damping, [[1.0]]), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("mass", "stiffness", "force"), [(1.15951, 3.79602, 7.42112), (0.0128895, 5855.52, 4.11557), (1e-12, 1.0, 1e-9)]
+)
+@pytest.mark.parametrize("forcing", [0.0, 0.5])
+def test_exponents_of_stick_slip_are_the_same_in_any_unit(
+    mass: float, stiffness: float, force: float, forcing: float
+) -> None:
+    """Every stick forgets one direction; without forcing that is the only one beside the shift in time."""
+
+    def exponents(mass: float, stiffness: float, force: float) -> np.ndarray:
+        rate, speed = (stiffness / mass) ** 0.5, force / (mass * stiffness) ** 0.5
+        system = ss.Oscillator(
+            *(0.06 * (mass * stiffness) ** 0.5, 0.2 * speed, ss.laws.StaticKinetic(force, 0.6 * force)),
+            mass=mass,
+            stiffness=stiffness,
+            forcing=ss.Harmonic(forcing * force, 1.3 * rate) if forcing else None,
+        )
+        return np.asarray(ss.lyapunov(system, 200.0 / rate).exponents / rate)
+
+    found = exponents(mass, stiffness, force)
+    assert found[1] == -math.inf
+    if forcing:
+        # Units of length count in the last of the growth.
+        assert found[0] == pytest.approx(exponents(1.0, 1.0, 1.0)[0], abs=0.02)
+    else:
+        assert found[0] == 0.0
+
+
+def test_a_mass_at_rest_keeps_its_place_and_forgets_its_velocity() -> None:
+    spectrum = ss.lyapunov(ss.Oscillator(0.1, 0.0, ss.laws.StaticKinetic(1.0, 0.5)), 200.0, x0=0.3, v0=0.0)
+    assert spectrum.exponents.tolist() == [0.0, -math.inf]
+
+
 def test_exponents_do_not_depend_on_how_many_derivatives_are_held_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
     chain = ss.chain(3, ss.laws.StaticKinetic(1.0, 0.6), 0.2, coupling=1.2, damping=0.1)
     whole, few = (

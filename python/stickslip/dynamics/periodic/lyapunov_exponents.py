@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -24,8 +25,15 @@ from stickslip.simulation.integration import integrate
 
 #: The derivatives held at one time are of no more numbers: each event of 100 masses has a million and a half.
 _MOST_NUMBERS = 20_000_000
-#: A direction that shrinks to less of the largest one is lost: it is what rounding leaves.
-_LOST = 1e-12
+#: What shrinks to less of the largest direction is not well known; below the other it is what rounding leaves, and lost.
+_SMALL, _LOST = 1e-8, 1e-12
+#: In so many pieces a phase is cut in which that happens, and those again, down to so many in a natural period.
+_CUTS, _PIECES = 4, 1000
+#: Under laws with an internal state decay is followed up to so many times 1/e in a natural period, by parts in which there is
+#: little of it; so many of them are taken together.
+_FASTEST, _TOGETHER = 100_000, 8
+#: Under them so many periods are left out at the least.
+_SETTLING = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +42,8 @@ class LyapunovSpectrum(ByContent, InNotebook):
 
     Attributes
     ----------
-    exponents : in 1/time, the largest first; −inf for a direction that sticking forgets at once, 0 for the shift in time of
-        an autonomous motion.
+    exponents : in 1/time, the largest first; −inf for a direction that sticking forgets at once, or that decays thousands of
+        times as fast as the masses swing, which no run follows; 0 for the shift in time of an autonomous motion with events.
     t : time over which they are averaged.
     events : events in it.
     times, running : what the averages were on the way: times, shape (n,), and the exponents found from the first of the run
@@ -120,7 +128,8 @@ def lyapunov(
     InputError
         for a value that makes no sense, or a run that ends early.
 
-    Limits: a finite average; where sticks are rare, the exponent they bring is −inf all the same.
+    Limits: a finite average; where sticks are rare, the exponent they bring is −inf all the same. Where no event comes in the
+    second half of the average, the average begins after the last one: that is the motion it leads to.
 
     Source: Müller, Chaos Solitons Fractals 5 (1995) 1671; Gottwald & Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129.
 
@@ -150,81 +159,154 @@ def _through_events(
     system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None, begin: float, seed: int
 ) -> LyapunovSpectrum:
     """Exponents under laws without an internal state, orthogonalised at every event."""
-    forced = forcing_period(system) is not None
-    layout = layout_of(system)
-    motion = np.concatenate([layout.x, layout.v])
-    directions = len(motion) - (0 if forced else 1)
-    # A clock that nothing reads is no direction.
-    coordinates = np.arange(0 if forced else 1, layout.width)
-    rng = np.random.default_rng(seed)
-    basis = np.zeros((layout.width, directions))
-    basis[motion] = rng.standard_normal((len(motion), directions))
-    if forced:
-        basis[0] = rng.standard_normal(directions)
-    # What is not orthonormal at the start would count as growth.
-    basis = np.linalg.qr(basis)[0]
-    sums, elapsed, counted, now = np.zeros(directions), 0.0, 0, 0.0
-    lost = np.zeros(directions, bool)
+    parts = list(_blocks(system, end, x0, v0))
+    ends = np.cumsum(np.concatenate([part.durations for part in parts]))
+    events = np.flatnonzero(np.concatenate([part.endings for part in parts]) != TIME)
+    now = float(ends[events[-1]]) if events.size else 0.0
+    # A motion without an event in the second half of the average has left its events, and what they do, for good.
+    if eventful := now > (begin + ends[-1]) / 2:
+        now = 0.0
+    else:
+        parts = _after_events(parts)
+    # From event to event a shift in time is no direction: its exponent is 0.
+    shift = eventful and forcing_period(system) is None
+    directions = _Directions(system, 2 * system.masses - shift, seed, parts)
+    elapsed, counted = 0.0, 0
     times: list[float] = []
     course: list[NDArray[np.float64]] = []
-    for sequence in _blocks(system, end, x0, v0):
-        followed = sequence.follow(keep="phases")
-        for ending, rates, duration in zip(sequence.endings, followed.rates, followed.durations, strict=True):
-            full = np.zeros_like(basis)
-            full[coordinates] = rates[np.ix_(coordinates, coordinates)] @ basis[coordinates]
-            # A direction once lost stays lost: its factor is 0 for good.
-            basis, factors = np.linalg.qr(full)
+    for part in parts:
+        carried = directions.through(part)
+        for duration, ending in zip(part.durations, part.endings, strict=True):
             now += duration
-            sizes = np.abs(np.diag(factors))
-            if now <= begin:
-                lost |= sizes < _LOST * sizes.max()
-            else:
-                if lost.any():
-                    # What the transient forgot may be remembered by the motion it leads to.
-                    basis[np.ix_(motion, lost)] = rng.standard_normal((len(motion), lost.sum()))
-                    basis, lost = np.linalg.qr(basis)[0], np.zeros(directions, bool)
-                    continue
-                with np.errstate(divide="ignore"):
-                    # What rounding leaves of a direction that a stick forgets is nothing.
-                    sums += np.log(np.where(sizes < _LOST * sizes.max(), 0.0, sizes))
+            if now > begin and not times:
+                # What the transient forgot may be remembered by the motion it leads to.
+                directions.complete()
+            next(carried)
+            if now > begin:
                 elapsed += duration
                 counted += int(ending != TIME)
                 times.append(elapsed)
-                course.append(sums.copy())
+                course.append(directions.sums.copy())
     running = np.array(course) / np.array(times)[:, None]
-    if not forced:
-        # The shift in time, or, in a motion without events, the exponent it shares with the last.
-        other = np.zeros_like(running[:, :1]) if counted else running[:, -1:]
-        running = np.concatenate([other, running], axis=1)
+    if shift:
+        running = np.concatenate([np.zeros_like(running[:, :1]), running], axis=1)
     running = running[:, np.argsort(running[-1])[::-1]]
     period = forcing_period(system) or system.natural_period
     return LyapunovSpectrum(running[-1], elapsed, counted, np.array(times), running, period)
 
 
+def _after_events(parts: list[EventSequence]) -> list[EventSequence]:
+    """What follows the last event."""
+    for index in range(len(parts) - 1, -1, -1):
+        part = parts[index]
+        events = np.flatnonzero(part.endings != TIME)
+        if events.size:
+            later = parts[index + 1 :]
+            if events[-1] + 1 < len(part.phases):
+                later.insert(0, part.part(part.follow(keep="nothing"), events[-1], len(part.phases) - 1))
+            return later
+    return parts
+
+
+class _Directions:
+    """Directions that a motion carries along, orthonormal, and the logarithms of their growth.
+
+    Attributes
+    ----------
+    sums : growth of each direction since they were completed; −inf of one that is lost.
+    """
+
+    def __init__(self, system: Oscillator | System, most: int, seed: int, parts: list[EventSequence]) -> None:
+        layout = layout_of(system)
+        self._motion = np.concatenate([layout.x, layout.v])
+        # A clock that nothing reads is no direction.
+        self._first = 0 if forcing_period(system) is not None else 1
+        self._units = _units(system, parts)
+        self._shortest = system.natural_period / _PIECES
+        self._rng = np.random.default_rng(seed)
+        self._basis = np.zeros((layout.width, 0))
+        self._kept = np.zeros(most, bool)
+        self.complete()
+
+    def complete(self) -> None:
+        """Take as many directions as there are, those that are known first, and count from here."""
+        others = np.zeros((len(self._basis), int((~self._kept).sum())))
+        others[self._motion] = self._rng.standard_normal((len(self._motion), others.shape[1]))
+        self._basis = np.linalg.qr(np.concatenate([self._basis, others], axis=1))[0]
+        self._kept = np.ones_like(self._kept)
+        self.sums = np.zeros(len(self._kept))
+
+    def through(self, part: EventSequence) -> Iterator[None]:
+        """Carry them through its phases, one at each step."""
+        followed = part.follow(keep="phases")
+        rates = followed.rates[:, :, : len(self._units)] * self._units / self._units[:, None]
+        rates[:, : self._first] = 0.0
+        for phase, duration in enumerate(followed.durations):
+            basis, factors = np.linalg.qr(rates[phase] @ self._basis)
+            sizes = np.abs(np.diag(factors))
+            largest = sizes.max(initial=1.0)
+            if duration > self._shortest and (sizes < _SMALL * largest).any():
+                # Rounding hides what is small beside the largest: damping gives that in time, a stick at once.
+                start = part.start if phase == 0 else followed.states[phase - 1]
+                after = part.modes[phase + 1] if phase + 1 < len(part.phases) else part.last
+                whole = EventSequence(part.system, start, part.phases[phase : phase + 1], after)
+                for _ in self.through(whole.cut([[duration / _CUTS] * _CUTS], TIME)):
+                    pass
+            else:
+                kept = sizes > _LOST * largest
+                self._basis = basis[:, kept]
+                self.sums[self._kept] += np.log(np.where(kept, sizes, 1.0))
+                self._kept[self._kept] = kept
+                self.sums[~self._kept] = -math.inf
+            yield
+
+
+def _units(system: Oscillator | System, parts: list[EventSequence]) -> NDArray[np.float64]:
+    """The unit of each number of a state: those of time and force are of the system, that of length a power of 1000."""
+    layout = layout_of(system)
+    states = np.abs(parts[0].follow(keep="nothing").states).max(axis=0)
+    time = system.natural_period / (2 * math.pi)
+    length = max(states[layout.x].max(), time * states[layout.v].max()) or 1.0
+    length = 1000.0 ** round(math.log(length, 1000.0))
+    force = np.abs(system.mass).max() * length / time**2
+    units = np.ones(layout.width)
+    units[[0, *layout.ages]], units[layout.x], units[layout.v] = time, length, length / time
+    units[layout.speeds], units[layout.forces] = length / time, force
+    units[layout.contact_coordinates(["slope"])] = force * time / length
+    return units
+
+
 def _of_states(
     system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None, begin: float, seed: int
 ) -> LyapunovSpectrum:
-    """The same under laws with an internal state, orthogonalised after every period of the forcing or natural period."""
-    length = forcing_period(system) or system.natural_period
-    orbit = integrate(system, max(begin, 10 * length), x0, v0)
+    """The same under laws with an internal state, orthogonalised as often as the fastest of the disturbances asks."""
+    period = forcing_period(system) or system.natural_period
+    length = period / max(1, math.ceil(period / system.natural_period))
+    orbit = integrate(system, max(begin, _SETTLING * period), x0, v0)
     now, y = orbit.t_end, orbit.variables(np.array([orbit.t_end]))[0]
-    flow = StateFlow(system, sizes_of(orbit))
-    basis = np.linalg.qr(np.random.default_rng(seed).standard_normal((flow.width, flow.width)))[0] * flow.sizes[:, None]
-    sums, elapsed = np.zeros(flow.width), 0.0
-    times: list[float] = []
+    # Of a motion that hardly moves differences would be rounding.
+    flow = StateFlow(system, np.maximum(sizes_of(orbit), 1e-3 * np.abs(y)))
+    basis = np.linalg.qr(np.random.default_rng(seed).standard_normal((flow.width, flow.width)))[0]
+    sums = np.zeros(flow.width)
     course: list[NDArray[np.float64]] = []
-    while elapsed < (end - begin) * (1 - 1e-9):
-        y, moved = flow.tangents(y, now, length, basis)
-        basis, factors = np.linalg.qr(moved / flow.sizes[:, None])
-        basis = basis * flow.sizes[:, None]
-        with np.errstate(divide="ignore"):
-            sums += np.log(np.abs(np.diag(factors)))
-        now, elapsed = now + length, elapsed + length
-        times.append(elapsed)
-        course.append(sums.copy())
-    running = np.array(course) / np.array(times)[:, None]
+    # The first of them only turn the directions into those that grow and shrink.
+    for count in range(-_SETTLING, math.ceil((end - begin) / length * (1 - 1e-9))):
+        y, parts = flow.derivatives(y, now, length, _FASTEST / system.natural_period)
+        now += length
+        while few := list(itertools.islice(parts, _TOGETHER)):
+            for part in few:
+                basis = part @ basis
+            basis, factors = np.linalg.qr(basis)
+            sizes = np.abs(np.diag(factors))
+            if count >= 0:
+                with np.errstate(divide="ignore"):
+                    sums += np.log(np.where(sizes > _LOST * sizes.max(), sizes, 0.0))
+        if count >= 0:
+            course.append(sums.copy())
+    times = np.asarray(length * np.arange(1, len(course) + 1), float)
+    running = np.array(course) / times[:, None]
     running = running[:, np.argsort(running[-1])[::-1]]
-    return LyapunovSpectrum(running[-1], elapsed, 0, np.array(times), running, length)
+    return LyapunovSpectrum(running[-1], float(times[-1]), 0, times, running, period)
 
 
 def _blocks(

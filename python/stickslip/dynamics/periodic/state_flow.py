@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,8 @@ TOLERANCE, STEP = 1e-11, 1e-7
 #: So many evaluations a motion may take. What takes more is lost in the rounding of forces over a tiny mass, and would fill
 #: the memory, as each of its steps is kept.
 _MOST = 200_000
+#: The matrices of so many numbers are held at one time.
+_MOST_NUMBERS = 4_000_000
 #: Gauss's method of two stages on (0, 1): nodes, weights within a step.
 _ROOT = math.sqrt(3.0) / 6
 _NODES = np.array([0.5 - _ROOT, 0.5 + _ROOT])
@@ -90,31 +93,66 @@ class StateFlow:
         run = self._run(start, t, duration)
         taken = np.array(run.times)
         nodes = taken[:-1, None] + np.diff(taken)[:, None] * np.arange(self.parts) / self.parts
-        begins = np.append(nodes, taken[-1])
-        lengths = np.diff(begins)
-        times = (begins[:-1, None] + lengths[:, None] * _NODES).ravel()
-        states = np.ascontiguousarray(run.solution(times).T)
-        w, n = self.width, len(lengths)
-        # Disturbances in units of the sizes, so that none is small beside another.
-        jacobians = (self.jacobians(times, states) * self.sizes / self.sizes[:, None]).reshape(n, 2, w, w)
-        forces = np.zeros((n, 2, w))
-        if self._beside:
-            ends = [_slopes(core, times, states) for core in self._beside]
-            forces = ((ends[1] - ends[0]) / (2 * self._width) / self.sizes).reshape(n, 2, w)
-        # k_i = J_i (y + h Σ a_ij k_j) + g_i for both stages at once.
-        blocks = lengths[:, None, None, None, None] * _WITHIN[:, :, None, None] * jacobians[:, :, None]
-        matrix = np.eye(2 * w) - blocks.transpose(0, 1, 3, 2, 4).reshape(n, 2 * w, 2 * w)
-        right = np.concatenate([jacobians.reshape(n, 2 * w, w), forces.reshape(n, 2 * w, 1)], axis=2)
-        stages = np.linalg.solve(matrix, right).reshape(n, 2, w, w + 1)
-        steps = lengths[:, None, None] * stages.sum(axis=1) / 2
-        columns = basis / self.sizes[:, None]
-        along = np.zeros(w)
-        for step in steps:
-            columns = columns + step[:, :w] @ columns
-            along = along + step[:, :w] @ along + step[:, w]
+        columns, along = basis / self.sizes[:, None], np.zeros(self.width)
+        for step in self._steps(run, np.append(nodes, taken[-1])):
+            columns = columns + step[:, :-1] @ columns
+            along = along + step[:, :-1] @ along + step[:, -1]
         if self._beside:
             columns = np.column_stack([columns, along])
         return run.end, columns * self.sizes[:, None]
+
+    def derivatives(self, start: Array, t: float, duration: float, fastest: float) -> tuple[Array, Iterator[Array]]:
+        """Where the motion is after a duration, and the derivatives over parts of it, in units of the sizes.
+
+        The parts are so short that no small disturbance grows or shrinks much, but of rates above the `fastest`.
+        """
+        run = self._run(start, t, duration)
+        taken = np.array(run.times)
+        states = np.ascontiguousarray(run.solution(taken).T)
+        rates = np.abs(np.linalg.eigvals(self._scaled(taken, states))).max(axis=1)
+        lengths = np.diff(taken)
+        turns = lengths * np.maximum(rates[:-1], rates[1:])
+        counts = np.maximum(self.parts, np.ceil(np.minimum(turns, fastest * lengths))).astype(int)
+        # Gauss's method knows the decay over a quarter of a turn to 1e-5, and the Jacobian hardly changes within a part.
+        halvings = np.ceil(np.log2(np.maximum(4 * turns / counts, 1.0))).astype(int)
+        within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        begins = np.repeat(taken[:-1], counts) + within * np.repeat(lengths / counts, counts)
+        steps = self._steps(run, np.append(begins, taken[-1]), np.repeat(halvings, counts))
+        return run.end, (np.eye(self.width) + step[:, :-1] for step in steps)
+
+    def _scaled(self, t: Array, y: Array) -> Array:
+        """Jacobians of disturbances in units of the sizes, so that none is small beside another."""
+        return self.jacobians(t, y) * self.sizes / self.sizes[:, None]
+
+    def _steps(self, run: Run, nodes: Array, halvings: Array | None = None) -> Iterator[Array]:
+        """What the steps between nodes add to disturbances, and, in the last column, what the path does.
+
+        A step may be that of a part of it, halved so often, taken as often again.
+        """
+        w, most = self.width, max(1, _MOST_NUMBERS // (2 * self.width) ** 2)
+        for first in range(0, len(nodes) - 1, most):
+            begins = nodes[first : first + most + 1]
+            lengths = np.diff(begins)
+            n = len(lengths)
+            times = (begins[:-1, None] + lengths[:, None] * _NODES).ravel()
+            states = np.ascontiguousarray(run.solution(times).T)
+            jacobians = self._scaled(times, states).reshape(n, 2, w, w)
+            forces = np.zeros((n, 2, w))
+            if self._beside:
+                ends = [_slopes(core, times, states) for core in self._beside]
+                forces = ((ends[1] - ends[0]) / (2 * self._width) / self.sizes).reshape(n, 2, w)
+            halved = np.zeros(n, int) if halvings is None else halvings[first : first + most]
+            lengths = lengths / 2.0**halved
+            # k_i = J_i (y + h Σ a_ij k_j) + g_i for both stages at once.
+            blocks = lengths[:, None, None, None, None] * _WITHIN[:, :, None, None] * jacobians[:, :, None]
+            matrix = np.eye(2 * w) - blocks.transpose(0, 1, 3, 2, 4).reshape(n, 2 * w, 2 * w)
+            right = np.concatenate([jacobians.reshape(n, 2 * w, w), forces.reshape(n, 2 * w, 1)], axis=2)
+            stages = np.linalg.solve(matrix, right).reshape(n, 2, w, w + 1)
+            steps = lengths[:, None, None] * stages.sum(axis=1) / 2
+            for done in range(halved.max(initial=0)):
+                again = halved > done
+                steps[again] = 2 * steps[again] + steps[again, :, :-1] @ steps[again]
+            yield from steps
 
     def _run(self, start: Array, t: float, duration: float) -> Run:
         for method in USUAL:
