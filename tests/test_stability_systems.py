@@ -170,6 +170,17 @@ def test_exponents_of_stick_slip_are_the_same_in_any_unit(
         assert found[0] == 0.0
 
 
+def test_a_stick_of_one_mass_forgets_everything_however_its_numbers_are_rounded() -> None:
+    """Rounding may leave something of the one direction there is, or nothing."""
+    rng = np.random.default_rng(1)
+    for _ in range(8):
+        mass, stiffness, force = 10 ** rng.uniform(-2, 2), 10 ** rng.uniform(0, 5), 10 ** rng.uniform(-1, 2)
+        time, length = (mass / stiffness) ** 0.5, force / stiffness
+        law, drive = ss.laws.StaticKinetic(force, 0.6 * force), 0.2 * (length / time)
+        system = ss.Oscillator(0.06 * (mass * stiffness) ** 0.5, drive, law, mass=mass, stiffness=stiffness)
+        assert ss.lyapunov(system, 200 * time).exponents.tolist() == [0.0, -math.inf]
+
+
 def test_a_mass_at_rest_keeps_its_place_and_forgets_its_velocity() -> None:
     spectrum = ss.lyapunov(ss.Oscillator(0.1, 0.0, ss.laws.StaticKinetic(1.0, 0.5)), 200.0, x0=0.3, v0=0.0)
     assert spectrum.exponents.tolist() == [0.0, -math.inf]
