@@ -198,3 +198,51 @@ def test_fiducials_carry_their_own_name(tmp_path):
     error = motion["x_px"].values - np.array(truth)
     assert (motion["lost"] == "").all()
     assert np.sqrt(np.mean(error**2)) < 0.1  # what CORNER_ERROR says
+
+
+def disc_film(path, x, rate, noise, code="FFV1"):
+    """A film of a dark disc of 18 px at these places, drawn here by the share of each pixel that it covers."""
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*code), rate, (200, 60))
+    random = np.random.default_rng(0)
+    fine = (np.arange(0, 200, 0.125) + 0.0625) - 0.5
+    for place in x:
+        inside = (fine[None] - place) ** 2 + (fine[: 8 * 60, None] - 30) ** 2 < 81
+        covered = inside.reshape(60, 8, 200, 8).mean((1, 3))
+        grey = 190 - 150 * covered + noise * random.standard_normal((60, 200))
+        writer.write(cv2.cvtColor(np.clip(np.round(grey), 0, 255).astype(np.uint8), cv2.COLOR_GRAY2BGR))
+    writer.release()
+
+
+@pytest.mark.parametrize(("shown", "code"), [(2, "FFV1"), (4, "FFV1"), (4, "MJPG"), (4, "mp4v")])
+def test_pictures_that_a_film_holds_more_than_once_are_no_samples(tmp_path, shown, code):
+    time = np.arange(0, 1, 1 / 60)
+    x = 100 + 60 * np.sin(2 * np.pi * 2 * time)
+    disc_film(tmp_path / "one.avi", x, 60, 2.0)
+    pictures, capture = [], cv2.VideoCapture(str(tmp_path / "one.avi"))
+    while (read := capture.read())[0]:
+        pictures.append(read[1])
+    writer = cv2.VideoWriter(str(tmp_path / "film.avi"), cv2.VideoWriter_fourcc(*code), 60 * shown, (200, 60))
+    for picture in pictures:
+        for _ in range(shown):
+            writer.write(picture)
+    writer.release()
+    motion = track(tmp_path / "film.avi", check=tmp_path / "check")
+    assert motion.sizes["time"] == time.size
+    np.testing.assert_allclose(motion["time"], time, atol=1e-3)
+    assert motion["frame"].values.tolist() == [*range(0, shown * time.size, shown)]
+    assert motion.attrs["frame_rate"] == pytest.approx(60)
+    assert np.abs(motion["x_px"].values[:, 0] - x).max() < 0.3
+    assert f"{shown - 1} of {shown} pictures are copies" in " ".join(motion.attrs["notes"])
+    assert "the camera took 60 pictures per second, not" in " ".join(motion.attrs["notes"])
+    assert len([*(tmp_path / "check").iterdir()]) == time.size
+
+
+@pytest.mark.parametrize("noise", [0.0, 2.0])
+@pytest.mark.parametrize("code", ["FFV1", "mp4v"])
+def test_pictures_of_rest_are_no_copies(tmp_path, noise, code):
+    """A mass that lies still and slides: without noise its pictures at rest are equal, and samples all the same."""
+    x = np.concatenate([60 + 20 * i + np.concatenate([np.zeros(24), np.linspace(0, 20, 7)[:-1]]) for i in range(5)])
+    disc_film(tmp_path / "film.avi", x, 60, noise, code)
+    motion = track(tmp_path / "film.avi")
+    assert motion.sizes["time"] == x.size
+    assert not any("copies of the one before" in note for note in motion.attrs["notes"])

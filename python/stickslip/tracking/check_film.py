@@ -55,9 +55,18 @@ def write_check_film(
     return write_pictures(path, drawn(), min(rate, 30.0) if rate > 1 else 5.0, lossless=False)
 
 
-def _film(motion: xr.Dataset, source: str | Path | list[Path]) -> Film:
-    """The film of a motion, with the times of that."""
-    return Film(source, times=motion["time"].to_numpy(), raw=Setup.from_toml(motion.attrs.get("setup", "")).raw)
+def _film(motion: xr.Dataset, source: str | Path | list[Path]) -> Iterator[tuple[float, Picture | None]]:
+    """The pictures of a motion, with the times of that."""
+    raw, times = Setup.from_toml(motion.attrs.get("setup", "")).raw, motion["time"].to_numpy()
+    numbers = motion["frame"].to_numpy() if "frame" in motion.coords else np.arange(len(times))
+    if len(numbers) == 0 or numbers[-1] == len(numbers) - 1:
+        yield from Film(source, times=times, raw=raw)
+        return
+    # a film that holds its pictures more than once: any rate does, as the times are known
+    chosen = dict(zip(numbers.tolist(), times.tolist(), strict=True))
+    for number, (_, picture) in enumerate(Film(source, float(motion.attrs["frame_rate"]) or 1.0, raw=raw)):
+        if number in chosen:
+            yield chosen[number], picture
 
 
 def draw_tracks(picture: Picture, motion: xr.Dataset, index: int) -> Picture:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
@@ -31,6 +32,7 @@ from stickslip.tracking.positions.size_changes import hidden
 from stickslip.tracking.positions.standard_errors import errors_from_scatter, errors_from_surroundings
 from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.setup import Setup
+from stickslip.tracking.video.copies import Changes, copies
 from stickslip.tracking.video.osp import PROJECTS, TEXTS, read_osp
 from stickslip.tracking.video.source import Film, Picture
 from stickslip.tracking.video.writing import check_target
@@ -144,6 +146,10 @@ class _Seen:
     shape: tuple[int, int]
     kept: KeptPictures
     corner: tuple[int, int]
+    shown: int = 1
+    """Times that each picture is shown; only the first of them counts."""
+    numbers: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Of the pictures in the film."""
 
 
 def _track_film(source: str | Path | list[Path], setup: Setup, progress: Progress | None) -> xr.Dataset:
@@ -224,12 +230,13 @@ def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
         return _Seen([], [], [], [], shape, KeptPictures(), (0, 0))
     box = setup.box(first, film.name)
     seen = _Seen([], [], [], [], shape, KeptPictures(), (box[1].start, box[0].start))
-    total = len(film)
+    total, changes = len(film), Changes()
 
     def pictures() -> Iterator[Picture | None]:
         for time, picture in film:
             seen.times.append(time)
             seen.readable.append(picture is not None)
+            changes.look(None if picture is None else picture[box])
             if setup.finder == "blob" and picture is not None and seen.kept.due(len(seen.times) - 1):
                 seen.kept.keep(len(seen.times) - 1, response_map(picture[box], setup.marker, setup.channel))
             yield None if picture is None else picture[box]
@@ -239,7 +246,20 @@ def _look(film: Film, setup: Setup, progress: Progress | None) -> _Seen:
     for found, whole in _finder(setup, first, film.name)(pictures()):
         seen.pictures.append(found.best(max(CROWD, 3 * setup.count)).moved(box[1].start, box[0].start))
         seen.whole.append(whole)
+    seen.shown, copied = copies(changes.values)
+    seen.numbers = np.flatnonzero(~copied)
+    if seen.shown > 1:
+        _leave_out_copies(seen)
     return seen
+
+
+def _leave_out_copies(seen: _Seen) -> None:
+    """Copies are no samples: twice the same place would say that the marker rests, and nothing of the noise."""
+    new = seen.numbers
+    number = {int(picture): i for i, picture in enumerate(new)}
+    seen.times, seen.pictures = [seen.times[i] for i in new], [seen.pictures[i] for i in new]
+    seen.readable, seen.whole = [seen.readable[i] for i in new], [seen.whole[i] for i in new]
+    seen.kept.pictures = {number[i]: kept for i, kept in seen.kept.pictures.items() if i in number}
 
 
 def _finder(setup: Setup, first: Picture, name: str) -> Finder:
@@ -324,9 +344,17 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], notes: l
     motion = motion_dataset(
         *(times, x, y, x_error, y_error, lost, calibration),
         source=film.name,
-        frame_rate=film.rate,
+        frame_rate=film.rate / seen.shown,
         diameter=size if setup.finder == "blob" else None,
     )
+    if seen.shown > 1:
+        motion = motion.assign_coords(frame=("time", seen.numbers))
+        rate = float(motion.attrs["frame_rate"])
+        sentence = (
+            f"{seen.shown - 1} of {seen.shown} pictures are copies of the one before, which are no samples, and were left "
+            f"out: the camera took {rate:.4g} pictures per second, not {rate * seen.shown:.4g}."
+        )
+        notes.insert(0, sentence)
     if setup.exposure or setup.line_time:
         notes.append(without_shutter(motion, setup.exposure or 0.0, setup.line_time or 0.0))
     if setup.names is not None:
