@@ -407,3 +407,44 @@ def test_a_list_of_slips_whose_force_rises_is_refused() -> None:
     record = {"t": np.arange(40.0), "f": np.full(40, 5.0), "d": np.full(40, 1.0) - 2.0 * (np.arange(40) == 3)}
     with pytest.raises(ss.InputError, match="slip 4 has a drop of -1, and 1 of 40 are not above 0"):
         ss.measure(record, {"instrument": "event_list", "columns": columns})
+
+
+def decay(kinetic: float, viscous: float, scale: float = 1.0) -> dict[str, np.ndarray]:
+    """A pendulum of m g l = 0.2 N m and I = 0.005 kg m^2 that swings out from 1.5 rad, by steps of Runge and Kutta."""
+    step, inner = 0.01, 10
+    state, rows = np.array([1.5, 0.0]), []
+
+    def rate(s: np.ndarray) -> np.ndarray:
+        return np.array([s[1], (-0.2 * np.sin(s[0]) - kinetic * np.sign(s[1]) - viscous * s[1]) / 0.005])
+
+    for _ in range(1500):
+        rows.append(state[0])
+        for _ in range(inner):
+            h = step / inner
+            a = rate(state)
+            b = rate(state + h / 2 * a)
+            c = rate(state + h / 2 * b)
+            state = state + h / 6 * (a + 2 * b + 2 * c + rate(state + h * c))
+    angle = np.array(rows) + 1e-4 * np.random.default_rng(0).standard_normal(1500)
+    return {"t": step * np.arange(1500), "a": scale * angle}
+
+
+DECAY = {"instrument": "free_decay", "restoring_torque": 0.2, "columns": {"time": "t", "angle": "a"}}
+
+
+@pytest.mark.parametrize(
+    ("kinetic", "words"), [(0.0, "rad per cycle, which is not told from zero"), (3e-3, "not to zero")]
+)
+def test_a_decay_says_whether_its_loss_is_told_from_zero(kinetic: float, words: str) -> None:
+    found = ss.measure(decay(kinetic, 2e-4), DECAY)
+    told = next(note for note in found.attrs["notes"] if "it tends to" in note)
+    assert told.endswith(words)
+    assert abs(found.attrs["force"] - kinetic) < 2 * found.attrs["force_error"] + 1e-4
+
+
+def test_swings_beyond_half_a_turn_ask_for_the_unit() -> None:
+    record = decay(3e-3, 2e-4, scale=180 / np.pi)
+    with pytest.raises(ss.InputError, match=r"larger than half a turn, .* is the angle in degrees\?"):
+        ss.measure(record, DECAY)
+    found = ss.measure(record, DECAY | {"columns": {"time": "t", "angle": {"column": "a", "unit": "deg"}}})
+    assert found.attrs["force"] == pytest.approx(3e-3, rel=0.1)

@@ -46,6 +46,11 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     swing = swing - rest
     kept = _decaying(np.abs(swing), rig.number("least_amplitude"))
     at, swing = at[kept], swing[kept]
+    if len(swing) and np.abs(swing).max() > np.pi:
+        raise InputError(
+            f"{record.source}: swings of {np.abs(swing).max():.3g} rad are larger than half a turn, over which a pendulum "
+            'goes round; is the angle in degrees? Give its unit in the rig, as angle = { column = ..., unit = "deg" }'
+        )
     if len(swing) < 6:
         raise InputError(
             f"{record.source}: {len(swing)} swings are larger than least_amplitude = {rig.number('least_amplitude'):g} "
@@ -67,9 +72,11 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     notes.append(f"Coulomb torque by model: {others}; {best} is used and the error covers them all")
     amplitude = np.abs(swing[:-2])
     loss = amplitude - np.abs(swing[2:])
+    tends, tends_error = 4 * coulomb / restoring, 4 * coulomb_error / restoring
     notes.append(
         f"amplitude {amplitude[0]:.3g} -> {abs(swing[-1]):.3g} rad; loss per cycle {loss[0]:.3g} rad at first, "
-        f"{np.median(loss[-6:]):.3g} at last: it tends to {4 * coulomb / restoring:.2g} rad per cycle, not to zero"
+        f"{np.median(loss[-6:]):.3g} at last: it tends to {tends:.2g} +- {tends_error:.1g} rad per cycle, "
+        + ("not to zero" if tends > 2 * tends_error else "which is not told from zero")
     )
     cycles = xr.Dataset(
         {
