@@ -50,3 +50,22 @@ def test_an_instrument_in_order_is_not_named() -> None:
         assert said(torque) == []
     assert said(np.round(at_rest + 0.01 * np.random.default_rng(4).standard_normal(T.size), 2)) == []
     assert said(changed(0, 4000, -999, 70), valid=[-50, 50]) == []  # as the message advises
+
+
+def test_saturated_readings_are_not_fitted() -> None:
+    """Friction 3 + 2 exp(-w/0.01) N, cut at 4.2: with the flats the force at 5 mm/s was 4.2 and not 4.21, and at rest 4.2."""
+    w = 0.05 * np.sin(2 * np.pi * 0.5 * T)
+    random = np.random.default_rng(5)
+    friction = np.sign(w) * (3 + 2 * np.exp(-np.abs(w) / 0.01)) + 0.05 * random.standard_normal(T.size)
+    force = np.clip(friction, -4.2, 4.2)
+    record = {"t": T, "v": w + 1e-5 * random.standard_normal(T.size), "F": force}
+    rig = {
+        "instrument": "direct_force",
+        "columns": {"time": "t", "velocity": "v", "force": {"column": "F", "unit": "N"}},
+    }
+    found = measure(record, rig)
+    flat = np.abs(force) == 4.2
+    said = f"{flat.sum()} samples ({100 * flat.mean():.2g} %) at the end of the range of the force were left out"
+    assert any(said in note for note in found.attrs["notes"])
+    assert found["time"].size == T.size - flat.sum()
+    assert np.abs(found["force"]).max() < 4.2

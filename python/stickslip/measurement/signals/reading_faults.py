@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.measurement.signals.noise import piles_up
 
 CODE_SPANS = 5.0
@@ -73,6 +73,24 @@ def reading_faults(readings: Array, time: Array, *, noisy: bool) -> list[str]:
             "leave that part out ([read] window)"
         )
     return said
+
+
+def saturated(readings: Array) -> Mask:
+    """The readings at an end of the instrument's range, as :func:`reading_faults` names them.
+
+    >>> force = np.clip(np.random.default_rng(1).standard_normal(1000), -9, 1.5)
+    >>> bool((saturated(force) == (force == 1.5)).all())
+    True
+    """
+    at_end = np.zeros(len(readings), dtype=bool)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(readings)) + 1, [len(readings)]])
+    if np.median(np.diff(edges)) > 1:
+        return at_end
+    for side in (1, -1):
+        end = (side * readings).max()
+        if end != 0 and piles_up(side * readings, FEWEST_SATURATED):
+            at_end |= side * readings == end
+    return at_end
 
 
 def _codes(readings: Array) -> list[float]:

@@ -33,6 +33,7 @@ from stickslip.measurement.instruments.instrument import LEAST_SAMPLES, Constant
 from stickslip.measurement.regime import regime_of_slip
 from stickslip.measurement.result import facts_of_runs, friction_tree
 from stickslip.measurement.signals.noise import lone_spikes, noise_level
+from stickslip.measurement.signals.reading_faults import saturated
 from stickslip.measurement.signals.signs import notes_on_signs
 from stickslip.measurement.signals.spectra import main_line
 
@@ -121,6 +122,18 @@ def _run(record: Samples, rig: InstrumentRig) -> DirectRun:
     notes = list(record.notes)
     motion = motion_of(record, rig)
     notes.append(f"speed and acceleration are smoothed with a cut-off of {motion.cutoff:.3g} Hz")
+    beyond = saturated(record["force"])
+    if beyond.any():
+        if np.count_nonzero(~beyond) < LEAST_SAMPLES:
+            raise InputError(
+                f"{record.source}: the force stands at the end of its range in {np.count_nonzero(beyond)} of {len(beyond)} "
+                "samples, too many; widen the range"
+            )
+        notes.append(
+            f"{np.count_nonzero(beyond)} samples ({100 * beyond.mean():.2g} %) at the end of the range of the force were "
+            "left out: friction is larger there than any reading"
+        )
+        record, motion = record.part(~beyond), motion.part(~beyond)
     spikes = lone_spikes(record["force"], noise_level(record["force"]), motion.w)
     if spikes.any():
         notes.append(
