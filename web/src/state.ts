@@ -63,12 +63,13 @@ export function presetState(name: string, presets: Record<string, Preset>): Stat
   return mapped({ ...structuredClone(FRESH), ...structuredClone(presets[name]!.state), preset: name });
 }
 
-/** The state with a regime map that holds its own numbers. */
+/** The state with a regime map that holds its own numbers, unless the map was chosen: such a range is not the usual one and has no end at 0. */
 export function mapped(state: State): State {
   const { map, system } = state;
   for (const [path, range] of [[map.x, "across"], [map.y, "up"]] as const) {
     const value = Number(get(system, path));
-    if (value < map[range][0] || value > map[range][1]) state = put(state, `map.${range}`, [Math.min(0, 2 * value), Math.max(0, 2 * value) || map[range][1]].map((end) => +end.toPrecision(4)));
+    const chosen = !map[range].includes(0) && String(map[range]) !== String(FRESH.map[range]);
+    if (!chosen && (value < map[range][0] || value > map[range][1])) state = put(state, `map.${range}`, [Math.min(0, 2 * value), Math.max(0, 2 * value) || map[range][1]].map((end) => +end.toPrecision(4)));
   }
   return state;
 }
