@@ -14,6 +14,7 @@ import stickslip as ss
 from stickslip.identification import fit_static_friction, fit_steady
 from stickslip.identification.steady.curves import Rows
 from stickslip.identification.steady.single_form_fit import fit_form
+from stickslip.measurement import measure
 
 
 def curve(w, force, error, **more):
