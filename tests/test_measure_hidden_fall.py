@@ -4,10 +4,8 @@ import functools
 
 import numpy as np
 import pytest
-import spring_and_block
 
 import stickslip as ss
-from stickslip.identification import fit_static_friction
 from stickslip.laws import Combined, Coulomb, ExponentialStribeck, LogarithmicDwell, StaticKinetic
 from stickslip.measurement import Rig, measure
 
@@ -103,47 +101,3 @@ def test_where_friction_is_constant_in_motion_releases_are_those_of_the_slips():
     assert 0.6 < np.sqrt(np.mean((late / table["t_error"].to_numpy()) ** 2)) < 1.6
     off = table["force"].to_numpy() - 1.2
     assert 0.5 < np.sqrt(np.mean((off / table["force_error"].to_numpy()) ** 2)) < 1.5
-
-
-@functools.cache
-def noisy(limit, fall, scale, drive, noise, seed):
-    """Friction of a record of the tests' own simulator: f_k = 3.4 + fall exp(-w / scale), 140 samples in a free period."""
-    x, *_ = spring_and_block.motion(
-        lambda w: 3.4 + fall * np.exp(-w / scale),
-        lambda _: limit,
-        drive,
-        damping=0.037,
-        step=0.045,
-        samples=1200,
-        inner=20,
-    )
-    rig = Rig(
-        instrument="spring_force", column="f", unit="N", stiffness=1.0, mass=1.0, damping=0.037, drive_velocity=drive
-    )
-    force = x + noise * np.random.default_rng(seed).standard_normal(x.size)
-    return measure({"t": 0.045 * np.arange(x.size), "f": force}, rig)
-
-
-@pytest.mark.parametrize("limit", [4.35, pytest.param(4.48, marks=pytest.mark.slow)])
-def test_a_small_jump_under_the_noise_is_in_the_errors_of_break_aways(limit):
-    # friction jumps by 0.15 or 0.28 and falls on by 0.8: it was taken not to jump, and all break-aways for 0.15 too low
-    friction = noisy(limit, 0.8, 1.07, 1.34, 0.02, 1)
-    table = friction["break_away"]
-    off, error = float(table["force"].mean()) - limit, float(table["force_error"].median())
-    assert abs(off) > 0.1  # the record does not tell it better
-    assert abs(off) < 1.96 * error < 1.0
-    assert any("early or late together" in note for note in friction.attrs["notes"])
-    low, high = fit_static_friction(friction).fits["constant"].parameters.iloc[0][["low", "high"]]
-    assert low < limit < high
-
-
-def test_a_whole_fall_under_the_noise_is_in_the_errors_of_break_aways():
-    # the fall is over within two samples, so constant friction is as likely, and all break-aways come out 0.2 too high
-    table = noisy(5.2, 0.8, 0.27, 2.68, 0.05, 6)["break_away"]
-    off, error = float(table["force"].mean()) - 5.2, float(table["force_error"].median())
-    assert off > 0.1
-    assert off < 1.96 * error < 1.0
-    # without a fall little is thought hidden
-    table = noisy(4.9, 0.0, 1.0, 1.34, 0.02, 5)["break_away"]
-    off, error = float(table["force"].mean()) - 4.9, float(table["force_error"].median())
-    assert abs(off) < 1.96 * error < 0.1

@@ -49,8 +49,8 @@ def fit_draft(draft: Draft, sticking: bool = True) -> DraftFit:
         replace(one, sure=one.sure and not any(a - one.end_error <= one.end <= b + one.end_error for a, b in gaps))
         for one in sticks
     ]
-    if sticks and draft.resting and sticking:
-        friction = with_hidden_fall(friction, sticks, jumps=not soft)
+    if sticks and not soft:
+        friction = with_hidden_fall(friction, sticks)
     w, lasting = friction.slip_velocity, [stick.end - stick.start for stick in sticks]
     slow, slow_error = slow_share(w, o.drive_velocity, draft.noise, draft.step, lasting)
     found = regime(w, o.drive_velocity, slow, slow_error, draft.blur, draft.resting, len(sticks), len(flanks.limits))

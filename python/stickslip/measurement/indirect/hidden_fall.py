@@ -28,24 +28,14 @@ HALVINGS = 6
 AMPLITUDES = np.geomspace(0.003, 0.5, 8)
 """Standard deviations of such changes beforehand, in jumps of the force at a break-away, each as likely as the next."""
 
-LONE = 0.5
-"""The same of a fall at one slip speed, beside which there is none at others."""
-
 MOST_ABOVE = 1 / 3
 """Standard deviation beforehand of friction as a slip begins about its mean, in jumps: the force jumps, so it is below it."""
 
 SHIFTS = np.arange(-12.0, 5.0)
 """Shifts of all releases that are tried, in the time over which the motion is linear in a shift."""
 
-FREE_ABOVE, FREE_SHIFTS = 1.0, np.arange(-8.0, 13.0)
-"""The same two where the force was not seen to jump: it may hold on, and a jump under the noise was taken for a release that
-is too early."""
-
 UNEVEN = 2.0
 """One size A of all changes is too even: a fall at one slip speed moves releases by so much more than A tells."""
-
-UNSEEN = 1.5
-"""The same where constant friction is as likely, and falls at one slip speed are tried apart."""
 
 NEGLIGIBLE = 1e-4
 """Shifts that are less probable than this are left out."""
@@ -60,7 +50,7 @@ SPEED_RANGES = 12
 """Ranges of slip speed, each of as many samples, in which measured friction is compared with the curve."""
 
 
-def with_hidden_fall(friction: Friction, sticks: list[Stick], jumps: bool = True) -> Friction:
+def with_hidden_fall(friction: Friction, sticks: list[Stick]) -> Friction:
     """The friction with `late` and `force_error` as wide as a fall of friction that smoothing hides makes them.
 
     A fall of friction over slip speeds that are passed within a sample or two and a later release look alike in one slip,
@@ -75,24 +65,17 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick], jumps: bool = True
     record tells, A is small and so are these; where it changes, it may change as much where nothing is seen.
 
     Where no curve makes the record likelier than constant friction does, the releases of the slips are those of constant
-    friction, and their errors those of the fit of it: they scatter about a fifth as much as the ends of the sticks. That is
-    no proof that friction is constant: a fall that is over within the noise of a few samples makes all releases late
-    alike, so `late` holds how far the curves are from those releases, times `UNSEEN` and as likely as they are.
+    friction, and their errors those of the fit of it: they scatter about a fifth as much as the ends of the sticks.
     A shutter that is open for a share e of the step h between samples shows x + (e h)^2 x''/24, which moves all releases
-    together: `late` holds what that does to them with e unknown. Where a curve does, the releases stay what they were, and
+    together: `late` is what that does to them with e unknown. Where a curve does, the releases stay what they were, and
     `late` is the root mean square distance of the mean release from the one used, times `UNEVEN`, beyond what the errors of
     the single releases leave in their mean. `UNEVEN` was chosen on simulated
     records with exponential falls; of 16 with other seeds, 13 of the intervals then hold the mean release.
 
-    Where the force was not seen to jump, a jump may lie under the noise: releases were then taken too early, by many times
-    what their own errors say. The same curves tell how late they may be, with the force after a release free to stay what it
-    was, and the releases stay what they were.
-
     Parameters
     ----------
-    friction : of a record without creep in its sticks.
+    friction : of a record without creep in its sticks, at whose ends the force jumps.
     sticks : those sticks.
-    jumps : whether the force was seen to jump at their ends.
 
     Returns
     -------
@@ -116,12 +99,10 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick], jumps: bool = True
         return friction
     # a shift by this moves x by a fraction of the noise, as x departs from the drive with jump / m
     unit = math.hypot(math.sqrt(friction.noise * o.mass / jump) / 4, fit.step / 8)
-    shifts = SHIFTS if jumps else FREE_SHIFTS
-    slips = [slip for slip in slips if slip.length > 2 * shifts[-1] * unit + FEWEST_SAMPLES * fit.step]
+    slips = [slip for slip in slips if slip.length > 2 * SHIFTS[-1] * unit + FEWEST_SAMPLES * fit.step]
     if not slips:
         return friction
-    above = (MOST_ABOVE if jumps else FREE_ABOVE) * jump
-    curves = [_curve(friction, slips, fastest, jump, above, shift * unit, unit) for shift in shifts]
+    curves = [_curve(friction, slips, fastest, jump, shift * unit, unit) for shift in SHIFTS]
     evidences = np.array([curve.evidence for curve in curves])
     likely = np.exp(evidences - evidences.max())
     likely /= likely.sum()
@@ -132,16 +113,10 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick], jumps: bool = True
             error += share * _off_curve(friction, slips, curve) ** 2
     changed = replace(friction, force_error=np.hypot(friction.force_error, np.sqrt(error)))
     without = np.array([curve.without for curve in curves])
-    if not jumps or logsumexp(evidences) > logsumexp(without) or natural_period(o) < FEW_PER_PERIOD * fit.step:
+    if logsumexp(evidences) > logsumexp(without) or natural_period(o) < FEW_PER_PERIOD * fit.step:
         held = sum(slip.error**2 for slip in slips) / len(slips) ** 2
         return replace(changed, late=math.sqrt(max(UNEVEN**2 * late - held, 0.0)))
     shares = np.exp(without - logsumexp(without))
-    both = np.logaddexp(logsumexp(evidences), logsumexp(without))
-    constant = float(shares @ np.array([curve.releases[:, 0].mean() for curve in curves]))
-    late = UNSEEN**2 * sum(
-        share * curve.rms(curve.offset - constant, curve.early) ** 2
-        for curve, share in zip(curves, np.exp(evidences - both).tolist(), strict=True)
-    )
     # each release, and the force at it: both with their spread over the shifts
     releases = np.array([curve.releases for curve in curves])
     means = np.tensordot(shares, releases, 1)
@@ -151,7 +126,7 @@ def with_hidden_fall(friction: Friction, sticks: list[Stick], jumps: bool = True
     return replace(
         changed,
         releases={slip.start: one for slip, one in zip(slips, found, strict=True)},
-        late=math.hypot(blurred, math.sqrt(late)),
+        late=abs(blurred),
     )
 
 
@@ -317,13 +292,8 @@ def _slip(friction: Friction, limits: _Limits, fastest: float, shift: float) -> 
     return _Slip(root * x - seen[:, 0], seen[:, 1:4], seen[:, 4:-1], seen[:, -1])
 
 
-def _curve(
-    friction: Friction, limits: list[_Limits], fastest: float, jump: float, most: float, shift: float, unit: float
-) -> _Curve:
-    """Posterior of the numbers a at this shift of all releases: what is each slip's own taken out, all slips together.
-
-    `most`: standard deviation beforehand of friction as a slip begins about its mean.
-    """
+def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: float, shift: float, unit: float) -> _Curve:
+    """Posterior of the numbers a at this shift of all releases: what is each slip's own taken out, all slips together."""
     size, count, variance, o = HALVINGS + 1, len(limits), friction.noise**2, friction.fit.oscillator
     # the release, and the force at it, by (shift, c, path)
     tells = np.array([[1.0, 0.0, 0.0], [o.stiffness * o.drive_velocity, 0.0, -o.stiffness]])
@@ -359,20 +329,18 @@ def _curve(
         constants.append(float(mine[1]))
         raised.append(-mine_rows[1])
     means, covariances, evidences = [], [], []
-    # where the force jumps at the release, friction as it begins to slip is well below what it was at rest
+    # the force jumps at the release: friction as it begins to slip is well below what it was at rest
     above = _changes(np.zeros(1))[0] + np.mean(raised, axis=0)
-    # all changes of one size, or one of the falls alone
-    sizes = np.concatenate([np.tile(AMPLITUDES, (size, 1)).T, np.where(np.eye(size)[1:] > 0, LONE, AMPLITUDES[0])])
-    for amplitudes in sizes * jump:
-        prior = np.diag(1 / amplitudes**2) + np.outer(above, above) / most**2
+    for amplitude in AMPLITUDES * jump:
+        prior = np.eye(size) / amplitude**2 + np.outer(above, above) / (MOST_ABOVE * jump) ** 2
         precision = square + prior
         covariances.append(np.linalg.inv(precision))
         means.append(covariances[-1] @ linear)
         evidences.append(0.5 * float(means[-1] @ linear - np.linalg.slogdet(np.linalg.solve(prior, precision))[1]))
-    best = max(evidences)
-    weights = np.exp(np.array(evidences) - best)
+    most = max(evidences)
+    weights = np.exp(np.array(evidences) - most)
     return _Curve(
-        evidence=best + math.log(float(weights.mean())) - 0.5 * rest,
+        evidence=most + math.log(float(weights.mean())) - 0.5 * rest,
         without=-0.5 * rest,
         fastest=fastest,
         weights=weights / weights.sum(),
