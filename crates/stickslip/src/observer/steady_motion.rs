@@ -152,7 +152,10 @@ pub fn steady(
         // A stick on a moving drive is no rest: a slow motion is looked at for longer, until it has come back often enough.
         let in_a_stick = row.regime == Regime::AtRest
             || row.regime == Regime::StickSlip && row.period == 0 && compared < AGREEING_RETURNS;
-        let looks_on = window < MOST_WINDOWS * look.window * period && engine.must_break(look.contact);
+        // Who asks for fewer periods than returns must agree does not ask for the kind of motion.
+        let looks_on = look.window >= AGREEING_RETURNS as f64
+            && window < MOST_WINDOWS * look.window * period
+            && engine.must_break(look.contact);
         if !(stop == Stop::End && in_a_stick && looks_on) {
             break (row, compared);
         }
