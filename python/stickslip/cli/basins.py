@@ -20,8 +20,6 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         "--mass", type=int, default=0, metavar="I", help="of several masses, the one that starts there"
     )
     add_run(command, "BASINS.zarr")
-    for action in command._actions:
-        action.help = (action.help or "").partition(" (diagram")[0]  # an orbit diagram has defaults of its own
     command.set_defaults(run=run)
 
 

@@ -35,12 +35,12 @@ def add(commands: Commands[argparse.ArgumentParser]) -> None:
         help="what --plot draws of a diagram: turning points of x (default) or of the slip velocity, x in the section, or "
         "the amplitude of x",
     )
-    add_run(command, "DIAGRAM.zarr")
+    add_run(command, "DIAGRAM.zarr", transient="300 (diagram: 130)", window="32 (diagram: 20)")
     command.set_defaults(run=run)
 
 
-def add_run(command: argparse.ArgumentParser, output: str) -> None:
-    """Declare the options of everything that runs many motions."""
+def add_run(command: argparse.ArgumentParser, output: str, *, transient: str = "300", window: str = "32") -> None:
+    """Declare the options of everything that runs many motions; its defaults in words."""
     command.add_argument(
         "--decide",
         type=int,
@@ -48,12 +48,8 @@ def add_run(command: argparse.ArgumentParser, output: str) -> None:
         metavar="P",
         help="follow what does not repeat for so many periods, 500 or more",
     )
-    command.add_argument(
-        "--transient", type=float, metavar="P", help="periods that are left out; default 300 (diagram: 130)"
-    )
-    command.add_argument(
-        "--window", type=float, metavar="P", help="periods that are looked at; default 32 (diagram: 20)"
-    )
+    command.add_argument("--transient", type=float, metavar="P", help=f"periods that are left out; default {transient}")
+    command.add_argument("--window", type=float, metavar="P", help=f"periods that are looked at; default {window}")
     command.add_argument(
         "-o", "--output", metavar=output, help="write a Zarr store, part by part; a killed run goes on from it"
     )
