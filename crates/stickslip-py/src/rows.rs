@@ -113,18 +113,7 @@ impl Row<8> for orbit::Segment {
 /// t, kind, contact, x, v, force, stick_time, force_rate.
 impl Row<8> for orbit::Event {
     fn row(&self) -> [f64; 8] {
-        let kind = f64::from(self.kind as u8);
-        let contact = f64::from(self.contact);
-        [
-            self.t,
-            kind,
-            contact,
-            self.x,
-            self.v,
-            self.force,
-            self.stick_time,
-            self.force_rate,
-        ]
+        orbit::Event::row(self)
     }
 
     fn read(&[t, kind, contact, x, v, force, stick_time, force_rate]: &[f64; 8]) -> Option<Self> {

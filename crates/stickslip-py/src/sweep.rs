@@ -1,7 +1,6 @@
 //! Sweeps: rows of parameters in, a table out.
 
 use numpy::PyReadonlyArray1;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip::engine::Engine;
@@ -15,7 +14,7 @@ use stickslip::sweep::{Link, Sweep};
 
 use crate::table::Table;
 use crate::watch::watched;
-use crate::{read, rows};
+use crate::{read, refused, rows};
 
 /// How many numbers say how a motion goes on.
 pub(crate) const RESTART: usize = Restart::NUMBERS;
@@ -87,12 +86,7 @@ pub(crate) fn steady_of<'py>(
     surface: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (look, surface): (Look, Surface) = (read(look)?, read(surface)?);
-    if look.contact >= contacts {
-        return Err(PyValueError::new_err(format!(
-            "contact must be less than {contacts}, got {}",
-            look.contact
-        )));
-    }
+    look.within(contacts).map_err(refused)?;
     let row = watched(py, None, |go_on| steady(engine, period, &surface, &look, go_on))?;
     let masses = row.end.as_ref().map_or(1, |end| end.x.len());
     table(py, &[row], look.points, masses)

@@ -4,7 +4,6 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use stickslip::hybrid_state::Restart;
 use stickslip::lyapunov::largest;
-use stickslip::mode::Kind;
 use stickslip::model::{self, Model};
 use stickslip::network::{self, Run, branch_of};
 use stickslip::orbit;
@@ -311,11 +310,7 @@ impl Path {
     }
 }
 
-fn kind(kind: Kind) -> f64 {
-    f64::from(kind as u8)
-}
-
-/// The columns of a path, then the events: t, kind, contact, x, v, force, stick_time, force_rate of each.
+/// The columns of a path, then the rows of the events.
 pub(crate) fn orbit(desk: &mut Desk) -> Result<Value, String> {
     let mut ask: Start = read(&desk.question)?;
     let (orbit, end) = ask.orbit()?;
@@ -337,9 +332,7 @@ pub(crate) fn orbit(desk: &mut Desk) -> Result<Value, String> {
     if let Orbit::Events(orbit, _) = &orbit {
         count = orbit.work().events;
         for event in orbit.events() {
-            let contact = f64::from(event.contact);
-            out.extend([event.t, kind(event.kind), contact, event.x, event.v, event.force]);
-            out.extend([event.stick_time, event.force_rate]);
+            out.extend(event.row());
         }
     }
     let sentence = if engine == "integrated" && stop == Stop::MaxSeconds {

@@ -153,13 +153,7 @@ fn integrated(
         tolerance: sweep.look.tolerance.max(1e3 * TOLERANCE),
         ..sweep.look
     };
-    if look.contact >= system.contacts() {
-        return Err(format!(
-            "contact must be less than {}, got {}",
-            system.contacts(),
-            look.contact
-        ));
-    }
+    look.within(system.contacts()).map_err(sentence)?;
     let integration = Integration::new(system, y, TOLERANCE).map_err(sentence)?;
     let mut engine = integration.of_contact(look.contact);
     let surface = look.surface.unwrap_or(surface);

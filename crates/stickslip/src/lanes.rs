@@ -37,7 +37,7 @@ pub use stickslip_lanes::Width;
 use stickslip_lanes::{Lane, Single, run};
 
 use crate::clock::Clock;
-use crate::engine::steps::{PassedStep, Track};
+use crate::engine::steps::{PassedStep, Track, TrackStep};
 use crate::hybrid_state::HybridState;
 use crate::law::Friction;
 use crate::model::Running;
@@ -271,8 +271,11 @@ pub(crate) fn forward_seen_along_curves(runs: &mut [(Running, f64)], go_on: &mut
     let passed = RefCell::new(vec![Vec::new(); motions.len()]);
     let on_step: OnStep = &mut |index, clock, track, lasts| {
         passed.borrow_mut()[index].push(PassedStep {
-            clock,
-            track,
+            step: TrackStep {
+                clock,
+                sticks: track.direction == 0.0,
+                track,
+            },
             lasts,
             event: None,
         });
@@ -287,7 +290,7 @@ pub(crate) fn forward_seen_along_curves(runs: &mut [(Running, f64)], go_on: &mut
     for ((motion, mut passed), index) in motions.iter().zip(passed.into_inner()).zip(indices) {
         // Of a slip whose end lanes did not find the motion stands at its begin.
         let end = motion.hybrid.clock;
-        passed.retain(|step| step.clock.until(end.high) + end.low > 0.0);
+        passed.retain(|passed| passed.step.clock.until(end.high) + end.low > 0.0);
         if let Running::Steps(engine) = &mut runs[index].0 {
             engine.take(motion, passed);
         }

@@ -269,9 +269,10 @@ pub trait Friction<N: Scalar = f64>: Limited {
 
     /// For a law whose kinetic friction is one smooth curve over all slip speeds instead of linear pieces: how far the slip
     /// speed may move from `u` without passing over a feature of the force that its values at both ends do not show. Such a
-    /// law answers [`Friction::force`] and [`Friction::extend`]; its one piece holds nothing but the force at zero slip speed.
-    fn resolution(&self, _u: N) -> Option<N> {
-        None
+    /// law says its [`Friction::curve`], or answers this, [`Friction::force`] and [`Friction::extend`]; its one piece holds
+    /// nothing but the force at zero slip speed.
+    fn resolution(&self, u: N) -> Option<N> {
+        self.curve().map(|curve| curve.resolution(u))
     }
 
     /// Whether it is such a law.
@@ -280,22 +281,24 @@ pub trait Friction<N: Scalar = f64>: Limited {
     }
 
     /// For a smooth law: its kinetic friction as numbers, where it is of that form.
-    fn curve(&self) -> Option<Curve> {
+    fn curve(&self) -> Option<Curve<N>> {
         None
     }
 
     /// Kinetic friction on `piece` at slip speed `u`.
     fn force(&self, piece: &Piece<N>, u: N) -> N {
-        piece.force(u)
+        self.curve()
+            .map_or_else(|| piece.force(u), |curve| curve.force(u))
     }
 
     /// For a smooth law: coefficient `k` of F(u(h)) from the coefficients of u up to `k`; called for k = 0, 1, 2, … in turn.
-    fn extend(&self, _u: &Series<N>, _k: usize, _grown: &mut Grown<N>) -> N {
-        f64::NAN.into()
+    fn extend(&self, u: &Series<N>, k: usize, grown: &mut Grown<N>) -> N {
+        self.curve()
+            .map_or_else(|| f64::NAN.into(), |curve| curve.extend(u, k, grown))
     }
 
     /// For a smooth law: coefficient after coefficient of F(u(h)), of which `next` makes the next one of u. One call for all of
-    /// them lets a compiler put a law into the loop.
+    /// them lets a compiler put a law into the loop, and asks a law once for its curve.
     #[inline]
     fn grow(
         &self,
@@ -304,6 +307,13 @@ pub trait Friction<N: Scalar = f64>: Limited {
         grown: &mut Grown<N>,
         mut next: impl FnMut(usize, N) -> N,
     ) {
+        if let Some(curve) = self.curve() {
+            for k in 0..order {
+                let size = curve.extend(u, k, grown);
+                u[k + 1] = next(k, size);
+            }
+            return;
+        }
         for k in 0..order {
             let size = self.extend(u, k, grown);
             u[k + 1] = next(k, size);
@@ -322,8 +332,10 @@ pub trait Friction<N: Scalar = f64>: Limited {
     }
 
     /// The piece for a motion that starts while slipping at speed `u`; `balance` is the friction at which the slip speed
-    /// would not change.
-    fn begin(&self, u: N, balance: N, memory: &mut Memory<N>) -> Piece<N>;
+    /// would not change. The one piece of a smooth law holds its force at rest.
+    fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {
+        Piece::constant(self.static_limit(Rest::default()))
+    }
 
     /// The piece that follows where `piece` ended at slip speed `u`; a law of one piece has no other.
     fn next(&self, piece: &Piece<N>, _end: End, _u: N, _memory: &mut Memory<N>) -> Piece<N> {
@@ -370,7 +382,7 @@ macro_rules! laws {
             fn grow(&self, u: &mut Series<N>, order: usize, grown: &mut Grown<N>, next: impl FnMut(usize, N) -> N) {
                 match self { $(Self::$name(law) => law.grow(u, order, grown, next)),+ }
             }
-            fn curve(&self) -> Option<Curve> { match self { $(Self::$name(law) => law.curve()),+ } }
+            fn curve(&self) -> Option<Curve<N>> { match self { $(Self::$name(law) => law.curve()),+ } }
             fn resolution(&self, u: N) -> Option<N> { match self { $(Self::$name(law) => law.resolution(u)),+ } }
             fn branches(&self, u: N) -> Option<[N; 2]> { match self { $(Self::$name(law) => law.branches(u)),+ } }
             #[inline]

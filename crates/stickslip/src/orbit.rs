@@ -32,6 +32,22 @@ pub struct Event {
 }
 
 impl Event {
+    /// As numbers, in the order of the fields.
+    #[must_use]
+    pub fn row(&self) -> [f64; 8] {
+        let (kind, contact) = (f64::from(self.kind as u8), f64::from(self.contact));
+        let Self {
+            t,
+            x,
+            v,
+            force,
+            stick_time,
+            force_rate,
+            ..
+        } = *self;
+        [t, kind, contact, x, v, force, stick_time, force_rate]
+    }
+
     /// The state there. The slip velocity is known where it is zero.
     pub fn point(&self) -> Point {
         let zero = matches!(self.kind, Kind::Release | Kind::Capture | Kind::Crossing);

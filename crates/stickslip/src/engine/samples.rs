@@ -1,14 +1,12 @@
 //! A smooth motion that was integrated elsewhere, between samples of it.
 
-use super::steps::Track;
+use super::steps::{Track, TrackStep};
 use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::observer::{Course, Observer};
+use crate::observer::Observer;
 use crate::series::{Series, ZERO};
 use crate::simulate::Stop;
-use crate::surface::{Cut, Point};
-use crate::watch::Watched;
 
 /// Samples of the mass of one contact, by columns of one length: between two of them the motion is the polynomial of fifth
 /// order that has their values and first two derivatives.
@@ -50,14 +48,19 @@ impl Engine for Samples<'_> {
             }
             let ends = |values: &[f64]| [values[i - 1], values[i]];
             let [x, v, a] = [self.x, self.v, self.a].map(ends);
-            let course = Between {
-                clock: Clock::at(t[i - 1]),
+            let track = Track {
                 x: hermite(x, v, a, h),
                 v: slope(x, v, a, h),
                 u: cubic(ends(self.w), ends(self.slip_acceleration), h),
-                stuck: self.stuck[i - 1] && self.stuck[i],
+                // Nothing sticks truly: the slip velocity has its own sign.
+                direction: 1.0,
                 rounding: 1e3 * f64::EPSILON * fastest,
                 rate: 1.0 / h,
+            };
+            let course = TrackStep {
+                clock: Clock::at(t[i - 1]),
+                track,
+                sticks: self.stuck[i - 1] && self.stuck[i],
             };
             observer.pass(&course, (from, h), i == last);
         }
@@ -100,56 +103,4 @@ fn cubic(w: [f64; 2], rate: [f64; 2], h: f64) -> Series {
     series[2] = (3.0 * rise - slope) / (h * h);
     series[3] = (slope - 2.0 * rise) / (h * h * h);
     series
-}
-
-struct Between {
-    clock: Clock,
-    x: Series,
-    v: Series,
-    u: Series,
-    stuck: bool,
-    rounding: f64,
-    rate: f64,
-}
-
-impl Between {
-    fn track(&self) -> Track {
-        Track {
-            x: self.x,
-            v: self.v,
-            u: self.u,
-            // Nothing sticks truly: the slip velocity has its own sign.
-            direction: 1.0,
-            rounding: self.rounding,
-            rate: self.rate,
-        }
-    }
-}
-
-impl Course for Between {
-    fn clock(&self) -> Clock {
-        self.clock
-    }
-
-    fn point(&self, _contact: usize, tau: f64) -> Point {
-        self.track().point(self.clock, tau)
-    }
-
-    fn sticks(&self, _contact: usize) -> bool {
-        self.stuck
-    }
-
-    fn cross(
-        &self,
-        _contact: usize,
-        cuts: &mut [&mut Cut],
-        span: (f64, f64),
-        watched: &mut Watched,
-        found: &mut dyn FnMut(usize, Point),
-    ) {
-        let track = self.track();
-        for (which, cut) in cuts.iter_mut().enumerate() {
-            track.cross(self.clock, cut, span, watched, &mut |point| found(which, point));
-        }
-    }
 }

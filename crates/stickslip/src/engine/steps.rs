@@ -217,29 +217,15 @@ impl Track {
     }
 }
 
-/// A step of one mass that was gone in lanes, and the event at its end, if there was one.
+/// A step of one mass along its track.
 #[derive(Clone, Debug)]
-pub(crate) struct PassedStep {
+pub(crate) struct TrackStep {
     pub(crate) clock: Clock,
     pub(crate) track: Track,
-    pub(crate) lasts: f64,
-    pub(crate) event: Option<Event>,
+    pub(crate) sticks: bool,
 }
 
-impl PassedStep {
-    /// Show it from the time `after` on.
-    fn show<O: Observer>(&self, after: f64, observer: &mut O) {
-        let from = self.clock.until(after).max(0.0);
-        if O::PASSES && from < self.lasts {
-            observer.pass(self, (from, self.lasts), false);
-        }
-        if let Some(event) = self.event.filter(|event| event.t >= after) {
-            observer.event(&event);
-        }
-    }
-}
-
-impl Course for PassedStep {
+impl Course for TrackStep {
     fn clock(&self) -> Clock {
         self.clock
     }
@@ -249,7 +235,7 @@ impl Course for PassedStep {
     }
 
     fn sticks(&self, _contact: usize) -> bool {
-        self.track.direction == 0.0
+        self.sticks
     }
 
     fn cross(
@@ -261,6 +247,27 @@ impl Course for PassedStep {
         found: &mut dyn FnMut(usize, Point),
     ) {
         self.track.cross_all(self.clock, cuts, span, watched, found);
+    }
+}
+
+/// A step that was gone in lanes, and the event at its end, if there was one.
+#[derive(Clone, Debug)]
+pub(crate) struct PassedStep {
+    pub(crate) step: TrackStep,
+    pub(crate) lasts: f64,
+    pub(crate) event: Option<Event>,
+}
+
+impl PassedStep {
+    /// Show it from the time `after` on.
+    fn show<O: Observer>(&self, after: f64, observer: &mut O) {
+        let from = self.step.clock.until(after).max(0.0);
+        if O::PASSES && from < self.lasts {
+            observer.pass(&self.step, (from, self.lasts), false);
+        }
+        if let Some(event) = self.event.filter(|event| event.t >= after) {
+            observer.event(&event);
+        }
     }
 }
 

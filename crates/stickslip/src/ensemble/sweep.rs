@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use crate::engine::Engine;
-use crate::error::{Error, wrong};
+use crate::error::Error;
 use crate::lanes::{forward_all, forward_seen, forward_seen_along_curves};
 use crate::model::{Model, Start};
 use crate::oscillator::Oscillator;
@@ -240,13 +240,7 @@ fn steady_of(
     look: &Look,
     go_on: &mut dyn FnMut() -> bool,
 ) -> Result<Steady, Error> {
-    if look.contact >= model.contacts() {
-        return wrong(format!(
-            "contact must be less than {}, got {}",
-            model.contacts(),
-            look.contact
-        ));
-    }
+    look.within(model.contacts())?;
     let surface = look.surface.unwrap_or_else(|| Surface::usual(model));
     steady(engine, model.period(), &surface, look, go_on)
 }

@@ -32,6 +32,11 @@ lanes! {
 impl CurveNumbers<f64> {
     pub(super) fn of(oscillator: &Oscillator, constants: &Constants<f64>, curve: &Curve) -> Self {
         let [p0, p1, p2, p3] = curve.polynomial;
+        let scale = match curve.fall {
+            Fall::Nothing => 1.0,
+            Fall::Rational => 1.0 / curve.constant,
+            _ => curve.constant,
+        };
         let (m, forced) = (oscillator.mass, constants.force > 0.0);
         let natural = constants.natural_squared.sqrt() + oscillator.damping / m;
         let rate = if forced {
@@ -46,9 +51,9 @@ impl CurveNumbers<f64> {
             p1,
             p2,
             p3,
-            fall: curve.fall,
-            scale: curve.scale,
-            per_scale: 1.0 / curve.scale,
+            fall: curve.size,
+            scale,
+            per_scale: 1.0 / scale,
             unit,
             rate,
             per_mass: unit / m,
@@ -121,9 +126,8 @@ pub(super) use in_fours;
 /// What of a curve is the same in all lanes, so that it need not be chosen in each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Form {
-    pub(super) fall: Fall,
-    /// Whether there is a part that falls, and one with u² or u³.
-    falls: bool,
+    fall: Fall,
+    /// Whether there is one with u² or u³.
     bends: bool,
 }
 
@@ -132,14 +136,13 @@ impl Form {
     pub(super) fn of(oscillator: &Oscillator) -> Option<Self> {
         let curve = oscillator.law.curve()?;
         Some(Self {
-            fall: curve.form,
-            falls: curve.fall != 0.0,
+            fall: curve.fall,
             bends: curve.polynomial[2..] != [0.0; 2],
         })
     }
 
-    fn squares(self) -> bool {
-        matches!(self.fall, Fall::Lorentzian | Fall::Gaussian)
+    fn falls(self) -> bool {
+        self.fall != Fall::Nothing
     }
 
     fn is_exponential(self) -> bool {
@@ -151,7 +154,7 @@ impl Form {
     pub(super) fn force<L: Lane>(self, numbers: &CurveNumbers<L>, u: L) -> L {
         let mut force = numbers.p1 + u * (numbers.p2 + u * numbers.p3);
         force = numbers.p0 + u * force;
-        if self.falls {
+        if self.falls() {
             force = force + numbers.fall * self.fallen(self.argument(numbers, u));
         }
         force
@@ -161,7 +164,7 @@ impl Form {
     #[inline(always)]
     fn argument<L: Lane>(self, numbers: &CurveNumbers<L>, u: L) -> L {
         let y = u * numbers.per_scale;
-        if self.squares() { y * y } else { y }
+        if self.fall.squares() { y * y } else { y }
     }
 
     /// g by its argument.
@@ -179,12 +182,9 @@ impl Form {
     /// show ([`crate::law::Friction::resolution`]).
     #[inline(always)]
     pub(super) fn resolution<L: Lane>(self, numbers: &CurveNumbers<L>, u: L) -> L {
-        let n = L::splat;
-        if !self.falls {
-            return n(f64::INFINITY);
-        }
-        let scale = numbers.scale;
+        let (n, scale) = (L::splat, numbers.scale);
         match self.fall {
+            Fall::Nothing => n(f64::INFINITY),
             Fall::Rational => n(0.5) * (u.abs() + scale),
             Fall::Lorentzian => n(0.5) * (u * u + scale * scale).sqrt(),
             Fall::Exponential => (u.abs() - n(36.0) * scale).max(scale),
@@ -212,14 +212,14 @@ impl Form {
         let mut input = [wave * start.cos, -(wave * numbers.frequency * start.sin)];
         let pull = sign * numbers.per_mass;
         for k in 0..CURVE_ORDER {
-            if self.squares() || self.bends {
+            if self.fall.squares() || self.bends {
                 square[k] = convolve(&u, &u, 0, k);
             }
             if self.bends {
                 cube = convolve(&square, &u, 0, k);
             }
-            if self.falls {
-                argument[k] = if self.squares() {
+            if self.falls() {
+                argument[k] = if self.fall.squares() {
                     numbers.per_scale * numbers.per_scale * square[k]
                 } else {
                     numbers.per_scale * u[k]

@@ -71,7 +71,7 @@ impl<N: Scalar> Friction<N> for Combined<N> {
         self.kinetic.resolution(u)
     }
 
-    fn curve(&self) -> Option<Curve> {
+    fn curve(&self) -> Option<Curve<N>> {
         self.kinetic.curve()
     }
 

@@ -1,11 +1,10 @@
 //! Friction that weakens exponentially with speed, with a viscous part.
 
 use super::static_kinetic::at_least_kinetic;
-use super::{Curve, Fall, Friction, Memory, Piece, Rest};
+use super::{Curve, Fall, Friction, Rest};
 use crate::error::{Error, misshapen};
 use crate::law::declaration::{Limited, parameters};
 use crate::scalar::Scalar;
-use crate::series::{Grown, Series, exponential, product};
 
 parameters! {
     /// F(u) = f_k + (f_s − f_k) exp(−(u/w_s)ⁿ) + b u, |F| ≤ f_s at rest.
@@ -46,51 +45,13 @@ impl<N: Scalar> Friction<N> for ExponentialStribeck<N> {
         self.break_away
     }
 
-    fn force(&self, _piece: &Piece<N>, u: N) -> N {
-        let speed = u / self.scale;
+    fn curve(&self) -> Option<Curve<N>> {
         let fall = if self.exponent == 2.0 {
-            speed * speed
+            Fall::Gaussian
         } else {
-            speed
+            Fall::Exponential
         };
-        self.kinetic + (self.break_away - self.kinetic) * (-fall).exp() + self.viscous * u
-    }
-
-    fn extend(&self, u: &Series<N>, k: usize, grown: &mut Grown<N>) -> N {
-        let Grown {
-            first, second, third, ..
-        } = grown;
-        first[k] = if self.exponent == 2.0 {
-            third[k] = product(u, u, k);
-            exponential(-(self.scale * self.scale).inverse(), third, second, first, k)
-        } else {
-            exponential(-self.scale.inverse(), u, second, first, k)
-        };
-        let rest = if k == 0 { self.kinetic } else { N::default() };
-        rest + (self.break_away - self.kinetic) * first[k] + self.viscous * u[k]
-    }
-
-    fn resolution(&self, u: N) -> Option<N> {
-        // So far out the exponential is below rounding.
-        let gone = if self.exponent == 2.0 { 6.0 } else { 36.0 };
-        Some((u.abs() - self.scale * gone).max(self.scale))
-    }
-
-    fn curve(&self) -> Option<Curve> {
-        let [break_away, kinetic, viscous] = [self.break_away, self.kinetic, self.viscous].map(N::value);
-        Some(Curve {
-            polynomial: [kinetic, viscous, 0.0, 0.0],
-            fall: break_away - kinetic,
-            scale: self.scale.value(),
-            form: if self.exponent == 2.0 {
-                Fall::Gaussian
-            } else {
-                Fall::Exponential
-            },
-        })
-    }
-
-    fn begin(&self, _u: N, _balance: N, _memory: &mut Memory<N>) -> Piece<N> {
-        Piece::constant(self.break_away)
+        let size = self.break_away - self.kinetic;
+        Some(Curve::new([self.kinetic, self.viscous], size, fall, self.scale))
     }
 }

@@ -57,7 +57,7 @@ impl Regime {
     /// From the share of the time in which the mass sticks, whether adhesion ever held or broke, and the extremes of w.
     pub fn of(stuck_share: f64, sticks: bool, [w_min, w_max]: [f64; 2]) -> Self {
         let largest = w_min.abs().max(w_max.abs());
-        let keeps_sign = w_min * w_max > 0.0 || w_min.abs().min(w_max.abs()) <= ROUNDING * largest;
+        let keeps_sign = w_max.min(-w_min) <= ROUNDING * largest;
         if stuck_share >= 1.0 {
             Self::AtRest
         } else if sticks {

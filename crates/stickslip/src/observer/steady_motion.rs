@@ -9,7 +9,7 @@ use std::ops::Range;
 use serde::Deserialize;
 
 use crate::engine::{Engine, Reached};
-use crate::error::{Error, positive};
+use crate::error::{Error, positive, wrong};
 use crate::event::Work;
 use crate::mode::Kind;
 use crate::observer::{Course, Observer};
@@ -64,6 +64,20 @@ impl Look {
             max_events: 10_000_000,
             contact: 0,
         }
+    }
+
+    /// Check that what it looks at is there.
+    ///
+    /// # Errors
+    /// No contact of that number.
+    pub fn within(&self, contacts: usize) -> Result<(), Error> {
+        if self.contact >= contacts {
+            return wrong(format!(
+                "contact must be less than {contacts}, got {}",
+                self.contact
+            ));
+        }
+        Ok(())
     }
 }
 
