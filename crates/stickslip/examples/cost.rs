@@ -13,7 +13,8 @@ use stickslip::event_sequence;
 use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{LaneMotion, Width, forward};
 use stickslip::law::{
-    BogaczRyczek, DwellTime, ExponentialStribeck, Law, PiecewiseLinear, Rational, StaticKinetic,
+    BogaczRyczek, ConstantOrNodes, DwellTime, ExponentialStribeck, ForceRate, Law, PiecewiseLinear, Rational,
+    StaticKinetic, TwoBranch,
 };
 use stickslip::mode::Kind;
 use stickslip::model::Start;
@@ -136,9 +137,17 @@ fn main() {
             "P4 of Stribeck",
             ExponentialStribeck::new(1.0, 0.5, 0.1, 0.2, 1.0).into(),
         ),
+        ("P4 of branches", held_branches()),
+        ("P4 across branches", crossed_branches()),
+        ("P4 of rates", loaded()),
+        ("P4 of paper", paper().into()),
     ] {
         if only.is_empty() || only == name {
-            sweep(name, &law, rounds.div_ceil(50));
+            sweep(name, &frequencies(&law), rounds.div_ceil(50));
+        }
+        let free = format!("{name} free");
+        if only.is_empty() || only == free {
+            sweep(&free, &drives(&law), rounds.div_ceil(50));
         }
     }
     for (name, run) in [("batch", batch as fn(u32)), ("map", map)] {
@@ -263,19 +272,65 @@ fn steps(name: &str, system: &System, t_end: f64, rounds: u32) {
     println!("{name:18}{time:10.1}{events:10}");
 }
 
-/// P3 under a law over a thousand frequencies, 400 periods of each, on one thread: one after the other, and in lanes of every
-/// width.
-fn sweep(name: &str, law: &Law, rounds: u32) {
-    let runs: Vec<(Oscillator, Run)> = (0..1000)
-        .map(|i| {
-            let frequency = 0.2 + 1.8 * f64::from(i) / 999.0;
-            (
-                oscillator(law.clone(), 0.05, 0.3, Some((0.5, frequency))),
-                Run::stuck(400.0 * std::f64::consts::TAU / frequency),
-            )
-        })
-        .collect();
-    let (time, events, _) = best(rounds, || {
+/// Slip is held between branches of which the falling one lies below.
+fn held_branches() -> Law {
+    TwoBranch {
+        rising: ConstantOrNodes::Nodes(vec![[0.0, 1.0], [0.6, 0.7]]),
+        falling: ConstantOrNodes::Nodes(vec![[0.0, 0.5], [0.6, 0.6]]),
+        break_away: 1.0,
+    }
+    .into()
+}
+
+/// Friction jumps between branches of which the falling one lies above.
+fn crossed_branches() -> Law {
+    TwoBranch {
+        rising: ConstantOrNodes::Nodes(vec![[0.0, 1.0], [0.2, 0.5], [0.6, 0.6]]),
+        falling: ConstantOrNodes::Nodes(vec![[0.0, 0.9], [0.6, 0.8]]),
+        break_away: 1.0,
+    }
+    .into()
+}
+
+/// Static friction that feels the force rate.
+fn loaded() -> Law {
+    ForceRate {
+        kinetic: 0.5,
+        limit: 0.5,
+        rate: 0.4,
+        force_rate_scale: 0.3,
+        exponent: 1.0,
+        force_rate_exponent: 1.0,
+    }
+    .into()
+}
+
+/// P3 under a law over a thousand frequencies, 400 periods of each.
+fn frequencies(law: &Law) -> Vec<(Oscillator, Run)> {
+    let runs = (0..1000).map(|i| {
+        let frequency = 0.2 + 1.8 * f64::from(i) / 999.0;
+        (
+            oscillator(law.clone(), 0.05, 0.3, Some((0.5, frequency))),
+            Run::stuck(400.0 * std::f64::consts::TAU / frequency),
+        )
+    });
+    runs.collect()
+}
+
+/// P1 under a law over a thousand drive velocities, 400 natural periods of each.
+fn drives(law: &Law) -> Vec<(Oscillator, Run)> {
+    let runs = (0..1000).map(|i| {
+        (
+            oscillator(law.clone(), 0.05, 0.1 + 0.4 * f64::from(i) / 999.0, None),
+            Run::stuck(400.0 * std::f64::consts::TAU),
+        )
+    });
+    runs.collect()
+}
+
+/// Many runs on one thread: one after the other, and in lanes of every width, in turns.
+fn sweep(name: &str, runs: &[(Oscillator, Run)], rounds: u32) {
+    let single = || {
         let events = runs.iter().map(|(one, run)| {
             if !one.closed() {
                 let system = System::from(one);
@@ -288,21 +343,33 @@ fn sweep(name: &str, law: &Law, rounds: u32) {
             engine.events()
         });
         (events.sum(), 0)
-    });
-    println!("{name:18}{time:10.1}{events:10}");
-    for width in Width::ALL.into_iter().filter(|width| width.available()) {
-        let (time, events, handed) = best(rounds, || {
-            let mut motions: Vec<LaneMotion> = runs
-                .iter()
-                .map(|(one, run)| LaneMotion::new(one, *run, None))
-                .collect();
-            let tally = forward(&mut motions, width, &mut || true, None);
-            (tally.events, tally.handed)
-        });
-        println!(
-            "{:18}{time:10.1}{events:10}{handed:14}",
-            format!("{name} {width:?}")
-        );
+    };
+    let lanes = |width| {
+        let mut motions: Vec<LaneMotion> = runs
+            .iter()
+            .map(|(one, run)| LaneMotion::new(one, *run, None))
+            .collect();
+        let tally = forward(&mut motions, width, &mut || true, None);
+        (tally.events, tally.handed)
+    };
+    let widths: Vec<Width> = Width::ALL.into_iter().filter(|width| width.available()).collect();
+    let mut rows = vec![(f64::INFINITY, 0, 0); widths.len() + 1];
+    for _ in 0..rounds {
+        let (one, others) = rows.split_first_mut().expect("a row");
+        let faster = |row: &mut (f64, u64, u64), now: (f64, u64, u64)| {
+            if now.0 < row.0 {
+                *row = now;
+            }
+        };
+        faster(one, best(1, single));
+        for (row, width) in others.iter_mut().zip(&widths) {
+            faster(row, best(1, || lanes(*width)));
+        }
+    }
+    let names =
+        std::iter::once(name.to_owned()).chain(widths.iter().map(|width| format!("{name} {width:?}")));
+    for ((time, events, handed), name) in rows.into_iter().zip(names) {
+        println!("{name:26}{time:10.1}{events:10}{handed:14}");
     }
 }
 

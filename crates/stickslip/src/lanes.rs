@@ -11,10 +11,13 @@
 //! | `single_lane.rs` | one motion in a lane of its own |
 //! | `mode_end.rs` | one mode, adhesion or slip, and the state at its end |
 //! | `stick.rs`, `slip.rs` | when adhesion ends, and when slip leaves its line of friction |
+//! | `branches.rs`, `branch_slip.rs` | laws that name the next line where one ends, and when slip between their branches ends |
 //! | `curve.rs`, `curve_slip.rs` | a smooth curve and its Taylor series, and when slip along it ends |
 //! | `lane_oscillator.rs` | the constants of an oscillator and the state of its motion, in lanes |
 //! | `elementary.rs` | elementary functions in lanes |
 
+mod branch_slip;
+mod branches;
 mod curve;
 mod curve_slip;
 mod elementary;
@@ -45,8 +48,8 @@ use crate::network;
 use crate::orbit::{Event, Segment};
 use crate::oscillator::Oscillator;
 use crate::simulate::{Run, first_hybrid_state};
-use curve::Form;
-use eligible::goes_in_a_single_lane;
+use branches::Branches;
+use eligible::{Follows, goes_in_a_single_lane};
 use mode_end::{Curves, Kind, Lines};
 use scheduler::Scheduler;
 
@@ -162,18 +165,19 @@ fn forward_shown(
     mut on_step: Option<OnStep>,
 ) -> Tally {
     let mut tally = Tally::default();
-    let mut forms: Vec<Option<Form>> = Vec::new();
+    let mut kinds: Vec<Follows> = Vec::new();
     for motion in &*motions {
-        let form = Form::of(motion.oscillator);
-        if !forms.contains(&form) {
-            forms.push(form);
+        let follows = Follows::of(motion.oscillator);
+        if !kinds.contains(&follows) {
+            kinds.push(follows);
         }
     }
-    for form in forms {
-        tally += if form.is_some() {
-            scheduled::<Curves>(motions, width, go_on, (&mut on_event, &mut on_step), form)
-        } else {
-            scheduled::<Lines>(motions, width, go_on, (&mut on_event, &mut on_step), form)
+    for follows in kinds {
+        let told = (&mut on_event, &mut on_step);
+        tally += match follows {
+            Follows::Curve(_) => scheduled::<Curves>(motions, width, go_on, told, follows),
+            Follows::Lines => scheduled::<Lines>(motions, width, go_on, told, follows),
+            Follows::Branches => scheduled::<Branches>(motions, width, go_on, told, follows),
         };
     }
     tally
@@ -184,7 +188,7 @@ fn scheduled<K: Kind>(
     width: Width,
     go_on: &mut dyn FnMut() -> bool,
     (on_event, on_step): (&mut Option<OnEvent>, &mut Option<OnStep>),
-    form: Option<Form>,
+    follows: Follows,
 ) -> Tally {
     let scheduler = Scheduler::<K> {
         motions,
@@ -198,7 +202,7 @@ fn scheduled<K: Kind>(
             None => None,
         },
         next: 0,
-        form,
+        follows,
         kind: PhantomData,
         tally: Tally::default(),
     };

@@ -152,6 +152,40 @@ pub fn after(law: &Law, direction: f64, piece: &Piece, end: End, u: f64, memory:
     }
 }
 
+/// What follows where slip along `piece` ended by `end` at slip speed `u`, and what happened there; `held` is the holding force
+/// of adhesion there and its rate.
+pub fn after_slip(
+    law: &Law,
+    (direction, piece): (f64, &Piece),
+    (end, u): (End, f64),
+    held: impl FnOnce() -> [f64; 2],
+    memory: &mut Memory,
+) -> (Mode, Kind) {
+    let turns_up = end == End::Reversal { rising: true };
+    if u > 0.0 || turns_up {
+        if turns_up {
+            memory.force_rate = held()[1].abs();
+        }
+        let next = after(law, direction, piece, end, u, memory);
+        let kind = match (end, &next) {
+            (_, Mode::Hold { .. }) => Kind::Hold,
+            (End::Reversal { .. }, _) => Kind::Reversal,
+            _ => Kind::Node,
+        };
+        return (next, kind);
+    }
+    let [holding, rate] = held();
+    // Friction stopped this slip: adhesion holds against no more than that, and what is more is rounding.
+    let pull = direction * (direction * holding).min(piece.force(0.0));
+    let mode = at_zero(law, pull, rate, memory);
+    let kind = if mode == Mode::Stick {
+        Kind::Capture
+    } else {
+        Kind::Crossing
+    };
+    (mode, kind)
+}
+
 /// The mode after friction between the branches left them over `end`.
 pub fn after_hold(law: &Law, direction: f64, u: f64, end: End, memory: &mut Memory) -> Mode {
     let balance = if end == End::High {

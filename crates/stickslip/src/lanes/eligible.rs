@@ -1,20 +1,21 @@
-//! Which oscillators go in lanes: the conditions. `LaneOscillator::of` asks the last of them, [`line_goes`], of each line.
+//! Which oscillators go in lanes: the conditions. `Line::of` asks the last of them of each line.
 //!
 //! - At most one harmonic acts.
 //! - The drive moves forward.
-//! - Friction is alike in both directions, and has no two branches between which the motion switches.
-//! - In slip, friction is one chain of not too many lines, without jumps and without memory, or a smooth curve that is known by
-//!   its numbers ([`Friction::curve`]).
+//! - Friction is alike in both directions.
+//! - In slip, friction is one chain of not too many lines, without jumps and without memory, or two branches of lines, or a smooth
+//!   curve that is known by its numbers ([`Friction::curve`]).
 //! - The static limit at the begin of adhesion is the same each time: under a force it does not depend on the force rate. Without
 //!   a force it grows exponentially or not at all.
-//! - All numbers are moderate, and no line is so short that rounding makes its ends one.
-//! - Lanes can follow the curve, or at least one of the lines: it is not too steep, and its two exponents are not too near to each other
-//!   ([`line_goes`]).
+//! - All numbers are moderate, and no line of a chain is so short that rounding makes its ends one.
+//! - Lanes can follow the curve, or at least one line of the chain: it is not too steep, and its two exponents are not too near to
+//!   each other.
 //!
 //! An oscillator that meets them may still have modes that a lane hands over to the engine of single motions: adhesion whose
 //! limit grows other than exponentially, slip along the other lines, and every mode whose end the lanes cannot certify.
 //! A motion whose start is not finite stays where it is.
 
+use super::curve::Form;
 use super::lane_oscillator::LaneOscillator;
 use crate::harmonic::Harmonic;
 use crate::law::{Curve, End, Friction, Law, Memory, Piece, Rest};
@@ -25,15 +26,17 @@ const MODERATE: f64 = 1e20;
 /// A phase beyond this keeps no digit of its whole turns.
 const MOST_PHASE: f64 = 1e15;
 /// An exponent of the free part beyond this many natural ones is left to that engine too.
-const STEEPEST_EXPONENT: f64 = 8.0;
+pub(super) const STEEPEST_EXPONENT: f64 = 8.0;
 /// So are two exponents that are nearer to each other than this part of a natural one.
-const NEAREST_EXPONENTS: f64 = 0.1;
+pub(super) const NEAREST_EXPONENTS: f64 = 0.1;
 /// So are laws with a line shorter than this part of the velocities at its ends.
-const SHORTEST_LINE: f64 = 1e-12;
+pub(super) const SHORTEST_LINE: f64 = 1e-12;
 /// So are laws of more lines than this.
 const MOST_LINES: usize = 64;
 /// Whether motions along curves go in lanes: not in a browser, whose core is small and has no sweeps over rows.
 pub(crate) const CURVES_GO: bool = cfg!(not(target_family = "wasm"));
+/// Nor do those between branches there.
+const BRANCHES_GO: bool = CURVES_GO;
 
 /// Whether motions of an oscillator go in lanes, many at once.
 pub fn goes_in_lanes(oscillator: &Oscillator) -> bool {
@@ -48,16 +51,36 @@ pub(super) fn goes_in_a_single_lane(oscillator: &Oscillator) -> bool {
 /// An oscillator of which a single motion goes in a lane: one that goes in lanes and is forced. Without a force the engine of
 /// single motions is faster.
 pub(super) fn single_lane(oscillator: &Oscillator) -> Option<LaneOscillator> {
-    LaneOscillator::of(oscillator).filter(|lane| lane.constants.force > 0.0 && lane.curve.is_none())
+    LaneOscillator::of(oscillator).filter(|lane| lane.constants.force > 0.0 && lane.follows == Follows::Lines)
 }
 
-/// Whether the lanes can follow slip along a line of friction: from the ω and the larger exponent of its free part, and the
-/// natural frequency.
-pub(super) fn line_goes(omega: f64, exponent: f64, natural: f64) -> bool {
-    omega > NEAREST_EXPONENTS * natural && exponent < STEEPEST_EXPONENT * natural
+/// What the motions of an oscillator slip along: those that slip along the same go side by side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Follows {
+    /// A chain of lines.
+    Lines,
+    /// A curve of this form.
+    Curve(Form),
+    /// Pieces of which the law names the next one where one ends, from what the contact remembers.
+    Branches,
 }
 
-/// What was found of an oscillator that meets every condition but the last, [`line_goes`] for one of its lines.
+impl Follows {
+    pub(super) fn of(oscillator: &Oscillator) -> Self {
+        let law = &oscillator.law;
+        if let Some(form) = Form::of(oscillator) {
+            return Self::Curve(form);
+        }
+        let first = law.begin(0.0, f64::INFINITY, &mut Memory::default());
+        if first.reverses {
+            Self::Branches
+        } else {
+            Self::Lines
+        }
+    }
+}
+
+/// What was found of an oscillator that meets every condition but the last.
 pub(super) struct Eligible {
     /// The force, its amplitude not negative; one of no size where there is none.
     pub(super) harmonic: Harmonic,
@@ -67,8 +90,9 @@ pub(super) struct Eligible {
     pub(super) static_limit: f64,
     /// How far it grows, and how fast.
     pub(super) growth: [f64; 2],
-    /// The curve of friction, if it is one; then the only line is no more than its beginning.
+    /// The curve of friction, if it is one; then the only line is no more than its beginning. Of branches there are no lines.
     pub(super) curve: Option<Curve>,
+    pub(super) follows: Follows,
 }
 
 impl Eligible {
@@ -80,20 +104,26 @@ impl Eligible {
             [harmonic] => Some(harmonic),
             _ => return None,
         };
-        let constant = !(law.feels_force_rate() && forced.is_some());
         let alike = std::ptr::eq(law, law.toward(-1.0));
         let curve = law.curve().filter(|_| CURVES_GO);
         if oscillator.resonates()
             || !alike
             || law.smooth() != curve.is_some()
-            || !constant
-            || law.branches(0.0).is_some()
+            || oscillator.drive_velocity <= 0.0
         {
             return None;
         }
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
         let static_limit = law.static_limit(Rest::new(0.0, k * s));
-        let pieces = lines_of(law, static_limit).filter(|_| s > 0.0)?;
+        let constant = !(law.feels_force_rate() && forced.is_some());
+        let follows = Follows::of(oscillator);
+        let pieces = match follows {
+            _ if !constant => None,
+            // Only what two branches remember is nothing.
+            Follows::Branches if law.branches(0.0).is_none() => None,
+            Follows::Branches => Some(Vec::new()).filter(|_| BRANCHES_GO),
+            _ => lines_of(law, static_limit),
+        }?;
         let growth = match law.exponential_growth() {
             _ if law.growth_bound(0.0) == 0.0 => [0.0, 1.0],
             Some(growth) => growth,
@@ -129,6 +159,7 @@ impl Eligible {
             static_limit,
             growth,
             curve,
+            follows,
         })
     }
 }

@@ -2,14 +2,15 @@
 
 use std::f64::consts::TAU;
 
-use stickslip_lanes::{Lane, Mask};
+use stickslip_lanes::{Lane, Mask, Single};
 
 use super::curve::{CurveNumbers, Form};
 use super::curve_slip::RUNAWAY_RATIO;
-use super::elementary::add;
-use super::eligible::{Eligible, line_goes};
+use super::elementary::{add, exp, sin_cos};
+use super::eligible::{Eligible, Follows, NEAREST_EXPONENTS, STEEPEST_EXPONENT};
+use super::slip::basis;
 use crate::clock::Clock;
-use crate::elementary::{PI, exp, sin_cos, whole_turns_less};
+use crate::elementary::{PI, whole_turns_less};
 use crate::event::Start;
 use crate::harmonic::Harmonic;
 use crate::hybrid_state::HybridState;
@@ -132,7 +133,7 @@ lanes! {
 /// How often a distance between samples is halved before a lane is given to the search that has no such limit.
 pub(super) const STEP_HALVINGS: usize = 5;
 /// The distance between samples, in units of the time in which the motion changes.
-const SAMPLE_REACH: f64 = 1.5;
+pub(super) const SAMPLE_REACH: f64 = 1.5;
 
 /// A line of friction: what the lanes need of it, and steps from the longest to the shortest.
 #[derive(Clone, Copy, Debug)]
@@ -149,6 +150,8 @@ pub(super) struct LaneOscillator {
     pub(super) constants: Constants<f64>,
     pub(super) tracks: Vec<Track>,
     pub(super) curve: Option<(Form, CurveNumbers<f64>)>,
+    pub(super) follows: Follows,
+    pub(super) mass: f64,
 }
 
 /// Where a mode of the lanes ends.
@@ -217,9 +220,10 @@ impl LaneOscillator {
             static_limit,
             growth: [growth, growth_rate],
             curve,
+            follows,
         } = Eligible::of(oscillator)?;
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
-        let (natural_squared, offset) = (k / m, pieces[0].offset);
+        let (natural_squared, offset) = (k / m, pieces.first().map_or(0.0, |piece| piece.offset));
         let Harmonic {
             amplitude,
             frequency,
@@ -275,11 +279,13 @@ impl LaneOscillator {
                 CurveNumbers::of(oscillator, &constants, &curve),
             ))
         });
-        let one_goes = curve.is_some() || tracks.iter().any(|track| track.line.left == 0.0);
+        let one_goes = follows != Follows::Lines || tracks.iter().any(|track| track.line.left == 0.0);
         one_goes.then_some(Self {
             constants,
             tracks,
             curve,
+            follows,
+            mass: m,
         })
     }
 
@@ -319,7 +325,7 @@ impl LaneOscillator {
     ) -> State<f64> {
         let (periods, t) = self.local(hybrid.clock);
         let (end_periods, end_t) = self.local(Clock::at(t_end));
-        let (sin, cos) = sin_cos(self.constants.frequency * t);
+        let (sin, cos) = crate::elementary::sin_cos(self.constants.frequency * t);
         let (stuck, direction, at_reversal, line) = match hybrid.mode {
             Mode::Slip {
                 direction,
@@ -331,7 +337,8 @@ impl LaneOscillator {
                 let at_reversal = f64::from(u8::from(start == Start::Reversal));
                 (0.0, direction, at_reversal, line as f64)
             }
-            _ => (1.0, 1.0, 0.0, 0.0),
+            Mode::Stick => (1.0, 1.0, 0.0, 0.0),
+            Mode::Hold { direction, .. } => (0.0, direction, 0.0, 0.0),
         };
         State {
             x,
@@ -465,105 +472,108 @@ impl LaneOscillator {
     }
 }
 
-fn sixth(x: f64) -> f64 {
+/// x⁶.
+#[inline(always)]
+pub(super) fn sixth<L: Lane>(x: L) -> L {
     (x * x * x) * (x * x * x)
 }
 
-impl Track {
-    fn of(constants: &Constants<f64>, m: f64, piece: &Piece, index: usize) -> Self {
-        let Constants {
-            drive,
-            stiffness: k,
-            natural_squared,
-            force: amplitude,
-            frequency,
-            ..
-        } = *constants;
+impl<L: Lane> Line<L> {
+    /// Of a mass on a piece of friction, and the larger exponent of its free part.
+    #[inline(always)]
+    pub(super) fn of(c: &Constants<L>, m: L, [offset, slope, low, high]: [L; 4]) -> (Self, L) {
+        let (n, zero) = (L::splat, L::splat(0.0));
+        let (natural_squared, frequency) = (c.natural_squared, c.frequency);
         let natural = natural_squared.sqrt();
-        let damping = constants.damper + piece.slope;
-        let gamma = 0.5 * damping / m;
+        let damping = c.damper + slope;
+        let gamma = n(0.5) * damping / m;
         let kappa = gamma * gamma - natural_squared;
         let omega = kappa.abs().sqrt();
-        let (slow, fast, exponent, power) = if kappa < 0.0 {
-            (
-                gamma,
-                0.0,
-                natural,
-                natural_squared * natural_squared * natural_squared,
-            )
-        } else {
-            let exponent = gamma.abs() + omega;
-            (gamma - omega, gamma + omega, exponent, sixth(exponent))
-        };
-        let goes = line_goes(omega, exponent, natural);
-        let (real, imaginary) = (k - m * frequency * frequency, damping * frequency);
+        let oscillates = kappa.below(zero);
+        let exponent = L::choose(oscillates, natural, gamma.abs() + omega);
+        let cube = natural_squared * natural_squared * natural_squared;
+        let power = L::choose(oscillates, cube, sixth(exponent));
+        let goes =
+            (n(NEAREST_EXPONENTS) * natural).below(omega) & exponent.below(n(STEEPEST_EXPONENT) * natural);
+        let (real, imaginary) = (c.stiffness - m * frequency * frequency, damping * frequency);
         let size = real * real + imaginary * imaginary;
         // Without damping, the frequency that stands for none is that of a resonance.
-        let (within, behind) = if amplitude == 0.0 {
-            (0.0, 0.0)
-        } else {
-            (amplitude * real / size, amplitude * imaginary / size)
-        };
+        let forced = zero.below(c.force);
+        let within = L::choose(forced, c.force * real / size, zero);
+        let behind = L::choose(forced, c.force * imaginary / size, zero);
         let swing = (within * within + behind * behind).sqrt() * frequency;
-        let line = Line {
-            index: index as f64,
-            left: f64::from(u8::from(!goes)),
-            offset: piece.offset,
-            slope: piece.slope,
-            low: piece.low,
-            reach: piece.high - piece.low,
-            rest: piece.slope * drive / k,
-            lag: piece.offset / k,
+        let line = Self {
+            index: zero,
+            left: L::choose(goes, zero, n(1.0)),
+            offset,
+            slope,
+            low,
+            reach: high - low,
+            rest: slope * c.drive / c.stiffness,
+            lag: offset / c.stiffness,
             gamma,
-            twice_gamma: 2.0 * gamma,
+            twice_gamma: n(2.0) * gamma,
             omega,
-            per_omega: 1.0 / omega,
-            slow,
-            fast,
+            per_omega: n(1.0) / omega,
+            slow: L::choose(oscillates, gamma, gamma - omega),
+            fast: L::choose(oscillates, zero, gamma + omega),
             power,
             power_per_omega: power / omega,
             within,
             behind,
             swing,
-            sixth: 1.000_001 * swing * sixth(frequency),
+            sixth: n(1.000_001) * swing * sixth(frequency),
         };
-        let mut h = SAMPLE_REACH / exponent.max(frequency);
+        (line, exponent)
+    }
+}
+
+impl Track {
+    fn of(constants: &Constants<f64>, m: f64, piece: &Piece, index: usize) -> Self {
+        let c = Constants::splat(constants);
+        let numbers = [piece.offset, piece.slope, piece.low, piece.high].map(Single::splat);
+        let (line, exponent) = Line::of(&c, Single::splat(m), numbers);
+        let mut h = Single::splat(SAMPLE_REACH / exponent.get(0).max(constants.frequency));
         let steps = std::array::from_fn(|_| {
-            let step = Step::over(constants, &line, h);
-            h *= 0.5;
-            step
+            let step = Step::over(&c, &line, c.natural_squared, basis(&line, h), h);
+            h = Single::splat(0.5) * h;
+            step.take(0)
         });
         Self {
-            line,
+            line: Line {
+                index: index as f64,
+                ..line.take(0)
+            },
             steps,
             piece: *piece,
         }
     }
 }
 
-impl Step<f64> {
-    fn over(constants: &Constants<f64>, line: &Line<f64>, h: f64) -> Self {
-        let decay = exp(-line.slow * h);
-        let (c, s) = if line.fast == 0.0 {
-            let (sin, cos) = sin_cos(line.omega * h);
-            (decay * cos, decay * sin * line.per_omega)
-        } else {
-            let fast = exp(-line.fast * h);
-            (0.5 * (decay + fast), 0.5 * (decay - fast) * line.per_omega)
-        };
-        let (wave_sin, wave_cos) = sin_cos(constants.frequency * h);
+impl<L: Lane> Step<L> {
+    /// Over the time `h`, at which the free part is made of `basis`.
+    #[inline(always)]
+    pub(super) fn over(
+        c: &Constants<L>,
+        line: &Line<L>,
+        natural_squared: L,
+        (cos, sin): (L, L),
+        h: L,
+    ) -> Self {
+        let n = L::splat;
+        let (wave_sin, wave_cos) = sin_cos(c.frequency * h);
         let faster = -line.slow.min(line.fast);
-        let growth = if faster > 0.0 { exp(faster * h) } else { 1.0 };
+        let growth = L::choose(n(0.0).below(faster), exp(faster * h), n(1.0));
         Self {
-            f11: c + line.gamma * s,
-            f12: s,
-            f21: -constants.natural_squared * s,
-            f22: c - line.gamma * s,
+            f11: cos + line.gamma * sin,
+            f12: sin,
+            f21: -natural_squared * sin,
+            f22: cos - line.gamma * sin,
             cos: wave_cos,
-            sin_over: wave_sin * constants.per_frequency,
-            sin_times: wave_sin * constants.frequency,
+            sin_over: wave_sin * c.per_frequency,
+            sin_times: wave_sin * c.frequency,
             h,
-            slack: growth * (sixth(h) / 14_400.0),
+            slack: growth * (sixth(h) / n(14_400.0)),
             growth,
         }
     }

@@ -7,8 +7,12 @@ use super::curve_slip::OnLaneStep;
 use super::lane_oscillator::{Constants, LaneOscillator, Line, STEP_HALVINGS, State, Step};
 use super::slip::Arrival;
 use super::{curve_slip, slip, stick};
+use crate::clock::Clock;
+use crate::hybrid_state::HybridState;
+use crate::law::Law;
+use crate::orbit::{Event, Segment};
 
-/// What the lanes slip along.
+/// What the lanes slip along, and what follows where a mode ends.
 pub(super) trait SlipPath<L: Lane>: Sized {
     /// That of a line of an oscillator, in every lane.
     fn splat(oscillator: &LaneOscillator, line: f64) -> Self;
@@ -17,8 +21,59 @@ pub(super) trait SlipPath<L: Lane>: Sized {
     fn put(&mut self, i: usize, oscillator: &LaneOscillator, line: f64);
 
     /// Lanes whose states are on other lines.
-    fn left_by(&self, state: &State<L>) -> L::Mask;
+    #[inline(always)]
+    fn left_by(&self, _state: &State<L>) -> L::Mask {
+        L::Mask::none()
+    }
 
+    /// A motion comes into lane `i` at this mode, with this memory; needed where the state does not say them.
+    #[inline(always)]
+    fn enter(&mut self, _i: usize, _hybrid: &HybridState) {}
+
+    /// The position, velocity and hybrid state of lane `i`.
+    #[inline(always)]
+    fn hybrid(&self, _i: usize, oscillator: &LaneOscillator, state: &State<f64>) -> (f64, f64, HybridState) {
+        oscillator.hybrid(state)
+    }
+
+    /// The event after which lane `i` is, and the mode that follows.
+    #[inline(always)]
+    fn told(
+        &self,
+        _i: usize,
+        oscillator: &LaneOscillator,
+        (clock, state): (Clock, &State<f64>),
+        event: [f64; 3],
+    ) -> (Event, Segment) {
+        let event = oscillator.event(clock, state, event);
+        (event, oscillator.segment(clock, state))
+    }
+
+    /// Adhesion in some lanes, until it breaks or to a horizon.
+    #[inline(always)]
+    fn break_away(
+        &mut self,
+        c: &Constants<L>,
+        state: &mut State<L>,
+        (horizon, stuck): (L, L::Mask),
+        _occupants: &[Option<Occupant>],
+    ) -> Outcome<L> {
+        break_away(c, state, horizon, stuck)
+    }
+
+    /// Slip in some lanes, until it ends or to a horizon.
+    fn arrive(
+        &mut self,
+        c: &Constants<L>,
+        state: &mut State<L>,
+        slips: (L, L::Mask),
+        occupants: &[Option<Occupant>],
+        on_step: Option<OnLaneStep>,
+    ) -> Outcome<L>;
+}
+
+/// A path on which every slip ends at one of its speeds.
+pub(super) trait Along<L: Lane> {
     /// When slip ends, in some lanes.
     fn arrival(
         &self,
@@ -33,7 +88,15 @@ pub(super) trait SlipPath<L: Lane>: Sized {
     fn force(&self, c: &Constants<L>, speed: L) -> L;
 }
 
-/// Lines or curves, whatever the width.
+/// What is in a lane: the number of the motion, its oscillator and its law.
+#[derive(Clone)]
+pub(super) struct Occupant<'a> {
+    pub(super) index: usize,
+    pub(super) oscillator: LaneOscillator,
+    pub(super) law: &'a Law,
+}
+
+/// Lines, curves or branches, whatever the width.
 pub(super) trait Kind {
     /// What lanes of some width slip along.
     type Of<L: Lane>: SlipPath<L>;
@@ -84,6 +147,20 @@ impl<L: Lane> SlipPath<L> for CurrentLine<L> {
     }
 
     #[inline(always)]
+    fn arrive(
+        &mut self,
+        c: &Constants<L>,
+        state: &mut State<L>,
+        (horizon, slips): (L, L::Mask),
+        _occupants: &[Option<Occupant>],
+        on_step: Option<OnLaneStep>,
+    ) -> Outcome<L> {
+        arrive(c, self, state, horizon, slips, on_step)
+    }
+}
+
+impl<L: Lane> Along<L> for CurrentLine<L> {
+    #[inline(always)]
     fn arrival(
         &self,
         c: &Constants<L>,
@@ -125,10 +202,19 @@ impl<L: Lane> SlipPath<L> for CurrentCurve<L> {
     }
 
     #[inline(always)]
-    fn left_by(&self, _state: &State<L>) -> L::Mask {
-        L::Mask::none()
+    fn arrive(
+        &mut self,
+        c: &Constants<L>,
+        state: &mut State<L>,
+        (horizon, slips): (L, L::Mask),
+        _occupants: &[Option<Occupant>],
+        on_step: Option<OnLaneStep>,
+    ) -> Outcome<L> {
+        arrive(c, self, state, horizon, slips, on_step)
     }
+}
 
+impl<L: Lane> Along<L> for CurrentCurve<L> {
     #[inline(always)]
     fn arrival(
         &self,
@@ -199,7 +285,7 @@ pub(super) fn break_away<L: Lane>(
 #[inline(always)]
 pub(super) fn arrive<L: Lane>(
     c: &Constants<L>,
-    current: &impl SlipPath<L>,
+    current: &impl Along<L>,
     state: &mut State<L>,
     horizon: L,
     slips: L::Mask,

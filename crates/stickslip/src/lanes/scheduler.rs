@@ -5,13 +5,14 @@ use std::marker::PhantomData;
 
 use stickslip_lanes::{Lane, Mask, Task};
 
-use super::curve::Form;
 use super::curve_slip::OnLaneStep;
+use super::eligible::Follows;
 use super::lane_oscillator::{Constants, LaneOscillator, State};
-use super::mode_end::{Kind, Outcome, SlipPath, arrive, break_away};
+use super::mode_end::{Kind, Occupant, Outcome, SlipPath};
 use super::{LaneMotion, OnEvent, OnStep, Tally};
 use crate::clock::Clock;
 use crate::engine::steps::Track;
+use crate::hybrid_state::HybridState;
 use crate::network;
 use crate::orbit::{Event, Record, Segment};
 use crate::simulate::{lost, next_event};
@@ -19,8 +20,8 @@ use crate::simulate::{lost, next_event};
 /// Motions that wait for a lane.
 pub(super) struct Scheduler<'a, 'b, 'c, K> {
     pub(super) motions: &'a mut [LaneMotion<'b>],
-    /// Those of another form stay.
-    pub(super) form: Option<Form>,
+    /// Those that slip along something else stay.
+    pub(super) follows: Follows,
     pub(super) kind: PhantomData<K>,
     pub(super) go_on: &'a mut dyn FnMut() -> bool,
     pub(super) on_event: Option<OnEvent<'c>>,
@@ -48,12 +49,12 @@ impl Record for EventKeeper<'_> {
     }
 }
 
-impl<K: Kind> Scheduler<'_, '_, '_, K> {
+impl<'b, K: Kind> Scheduler<'_, 'b, '_, K> {
     /// The next motion that goes in lanes.
-    fn enter(&mut self) -> Option<(usize, LaneOscillator, State<f64>)> {
+    fn enter(&mut self) -> Option<(Occupant<'b>, State<f64>, HybridState)> {
         while let Some(motion) = self.motions.get(self.next) {
             self.next += 1;
-            if Form::of(motion.oscillator) != self.form {
+            if Follows::of(motion.oscillator) != self.follows {
                 continue;
             }
             if let Some(oscillator) = LaneOscillator::of(motion.oscillator)
@@ -65,7 +66,12 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
                     began: motion.began,
                     ..oscillator.state(at, &motion.hybrid, motion.t_end, most)
                 };
-                return Some((self.next - 1, oscillator, state));
+                let occupant = Occupant {
+                    index: self.next - 1,
+                    oscillator,
+                    law: &motion.oscillator.law,
+                };
+                return Some((occupant, state, motion.hybrid));
             }
             self.tally.others += 1;
         }
@@ -77,13 +83,13 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
         clippy::cast_sign_loss,
         reason = "a count of events, far below 2^53"
     )]
-    fn leave(&mut self, index: usize, oscillator: &LaneOscillator, state: &State<f64>) {
-        let motion = &mut self.motions[index];
+    fn leave(&mut self, occupant: &Occupant, at: (f64, f64, HybridState), events: f64) {
+        let motion = &mut self.motions[occupant.index];
         // Along a curve a motion may have come on without an event.
-        if state.events > 0.0 || oscillator.curve.is_some() {
-            (motion.x, motion.v, motion.hybrid) = oscillator.hybrid(state);
-            motion.events += state.events as u64;
-            self.tally.events += state.events as u64;
+        if events > 0.0 || occupant.oscillator.curve.is_some() {
+            (motion.x, motion.v, motion.hybrid) = at;
+            motion.events += events as u64;
+            self.tally.events += events as u64;
         }
     }
 
@@ -92,12 +98,13 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
     #[inline(never)]
     fn by_single_engine(
         &mut self,
-        index: usize,
-        oscillator: &LaneOscillator,
+        Occupant {
+            index, oscillator, ..
+        }: &Occupant,
         state: &State<f64>,
-    ) -> Option<State<f64>> {
-        let motion = &self.motions[index];
-        let (x, v, hybrid) = oscillator.hybrid(state);
+        (x, v, hybrid): (f64, f64, HybridState),
+    ) -> Option<(State<f64>, HybridState)> {
+        let motion = &self.motions[*index];
         let mut keeper = EventKeeper {
             event: None,
             go_on: self.go_on,
@@ -116,35 +123,34 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
         let (x, v, hybrid) = next?;
         self.tally.handed += 1;
         if let (Some(on_event), Some(event)) = (&mut self.on_event, keeper.event) {
-            on_event(index, &event, &Segment::new(hybrid.clock, x, v, &hybrid.mode));
+            on_event(*index, &event, &Segment::new(hybrid.clock, x, v, &hybrid.mode));
         }
         let after = oscillator.state((x, v), &hybrid, motion.t_end, motion.max_events);
-        Some(State {
+        let after = State {
             events: state.events + 1.0,
             began: state.began,
             ..after
-        })
+        };
+        Some((after, hybrid))
     }
 }
 
-/// What is in a lane: the number of the motion, and its oscillator.
-type Occupant = Option<(usize, LaneOscillator)>;
-
-impl<K: Kind> Task for Scheduler<'_, '_, '_, K> {
+impl<'b, K: Kind> Task for Scheduler<'_, 'b, '_, K> {
     type Output = Tally;
 
     #[inline(always)]
     fn run<L: Lane>(mut self) -> Tally {
         let (zero, one) = (L::splat(0.0), L::splat(1.0));
-        let Some((index, oscillator, first)) = self.enter() else {
+        let Some((first, at, hybrid)) = self.enter() else {
             return self.tally;
         };
         // Lanes that wait hold something sensible.
-        let mut c = Constants::<L>::splat(&oscillator.constants);
-        let mut current = K::Of::<L>::splat(&oscillator, first.line);
-        let mut state = State::<L>::splat(&first);
-        let mut occupants: Vec<Occupant> = vec![None; L::WIDTH];
-        occupants[0] = Some((index, oscillator));
+        let mut c = Constants::<L>::splat(&first.oscillator.constants);
+        let mut current = K::Of::<L>::splat(&first.oscillator, at.line);
+        let mut state = State::<L>::splat(&at);
+        current.enter(0, &hybrid);
+        let mut occupants: Vec<Option<Occupant<'b>>> = vec![None; L::WIDTH];
+        occupants[0] = Some(first);
         let mut alive = L::Mask::none();
         alive.put(0, true);
         let mut done = !alive;
@@ -160,16 +166,19 @@ impl<K: Kind> Task for Scheduler<'_, '_, '_, K> {
             done = done | (alive & (left.at_most(zero) | state.most.at_most(state.events + one)));
             if done.any() {
                 for i in (0..L::WIDTH).filter(|&i| done.at(i)) {
-                    if let Some((index, oscillator)) = occupants[i].take() {
-                        self.leave(index, &oscillator, &state.take(i));
+                    if let Some(occupant) = occupants[i].take() {
+                        let here = state.take(i);
+                        let at = current.hybrid(i, &occupant.oscillator, &here);
+                        self.leave(&occupant, at, here.events);
                     }
                     let next = self.enter();
                     alive.put(i, next.is_some());
-                    if let Some((index, oscillator, first)) = next {
-                        c.put(i, &oscillator.constants);
-                        current.put(i, &oscillator, first.line);
-                        state.put(i, &first);
-                        occupants[i] = Some((index, oscillator));
+                    if let Some((occupant, at, hybrid)) = next {
+                        c.put(i, &occupant.oscillator.constants);
+                        current.put(i, &occupant.oscillator, at.line);
+                        state.put(i, &at);
+                        current.enter(i, &hybrid);
+                        occupants[i] = Some(occupant);
                     }
                 }
                 done = L::Mask::none();
@@ -181,13 +190,18 @@ impl<K: Kind> Task for Scheduler<'_, '_, '_, K> {
             let stuck = zero.below(state.stuck) & alive;
             if stuck.any() {
                 let before = self.on_step.is_some().then_some(state);
-                let outcome = break_away(&c, &mut state, left, stuck);
+                let outcome = current.break_away(&c, &mut state, (left, stuck), &occupants);
                 done = done | outcome.at_horizon;
                 if let Some(before) = before {
                     self.show_sticks(&occupants, &c, &before, &outcome);
                 }
-                self.hand_over(&mut state, &mut done, &occupants, outcome.unsettled);
-                self.tell(&occupants, &c, &state, &outcome);
+                self.hand_over(
+                    (&mut state, &mut current),
+                    &mut done,
+                    &occupants,
+                    outcome.unsettled,
+                );
+                self.tell(&occupants, &c, (&state, &current), &outcome);
             }
             // What has just come loose slips on in the same round.
             let left =
@@ -197,24 +211,32 @@ impl<K: Kind> Task for Scheduler<'_, '_, '_, K> {
                 let others = slips & current.left_by(&state);
                 if others.any() {
                     for i in (0..L::WIDTH).filter(|&i| others.at(i)) {
-                        if let Some((_, oscillator)) = &occupants[i] {
+                        if let Some(Occupant { oscillator, .. }) = &occupants[i] {
                             current.put(i, oscillator, state.line.get(i));
                         }
                     }
                 }
                 let mut on_step = self.on_step.as_mut().map(|on_step| {
                     |i: usize, (periods, t), track, lasts| {
-                        if let Some((index, oscillator)) = &occupants[i] {
+                        if let Some(Occupant {
+                            index, oscillator, ..
+                        }) = &occupants[i]
+                        {
                             let clock = oscillator.clock(periods, t);
                             on_step(*index, clock, track, lasts);
                         }
                     }
                 });
                 let shown = on_step.as_mut().map(|on_step| on_step as OnLaneStep);
-                let outcome = arrive(&c, &current, &mut state, left, slips, shown);
+                let outcome = current.arrive(&c, &mut state, (left, slips), &occupants, shown);
                 done = done | outcome.at_horizon;
-                self.hand_over(&mut state, &mut done, &occupants, outcome.unsettled);
-                self.tell(&occupants, &c, &state, &outcome);
+                self.hand_over(
+                    (&mut state, &mut current),
+                    &mut done,
+                    &occupants,
+                    outcome.unsettled,
+                );
+                self.tell(&occupants, &c, (&state, &current), &outcome);
             }
         }
     }
@@ -225,27 +247,31 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
     #[inline(always)]
     fn hand_over<L: Lane>(
         &mut self,
-        state: &mut State<L>,
+        (state, current): (&mut State<L>, &mut K::Of<L>),
         done: &mut L::Mask,
-        occupants: &[Occupant],
+        occupants: &[Option<Occupant>],
         unsettled: L::Mask,
     ) {
         if !unsettled.any() {
             return;
         }
         for i in (0..L::WIDTH).filter(|&i| unsettled.at(i)) {
-            let Some((index, oscillator)) = &occupants[i] else {
+            let Some(occupant) = &occupants[i] else {
                 continue;
             };
             let here = state.take(i);
             // A motion that is shown leaves the lanes here, and so does one that may run away, which is told by its whole run.
-            let after = if self.on_step.is_some() || oscillator.may_run_away(&here) {
+            let after = if self.on_step.is_some() || occupant.oscillator.may_run_away(&here) {
                 None
             } else {
-                self.by_single_engine(*index, oscillator, &here)
+                let at = current.hybrid(i, &occupant.oscillator, &here);
+                self.by_single_engine(occupant, &here, at)
             };
             match after {
-                Some(after) => state.put(i, &after),
+                Some((after, hybrid)) => {
+                    state.put(i, &after);
+                    current.enter(i, &hybrid);
+                }
                 None => done.put(i, true),
             }
         }
@@ -256,7 +282,7 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
     #[inline(never)]
     fn show_sticks<L: Lane>(
         &mut self,
-        occupants: &[Occupant],
+        occupants: &[Option<Occupant>],
         c: &Constants<L>,
         before: &State<L>,
         outcome: &Outcome<L>,
@@ -265,7 +291,10 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
             return;
         };
         for i in (0..L::WIDTH).filter(|&i| outcome.at_event.at(i)) {
-            if let Some((index, oscillator)) = &occupants[i] {
+            if let Some(Occupant {
+                index, oscillator, ..
+            }) = &occupants[i]
+            {
                 let clock = oscillator.clock(before.periods.get(i), before.t.get(i));
                 let track = Track::of_stick(before.x.get(i), c.drive.get(i), oscillator.rate());
                 on_step(*index, clock, track, outcome.event[1].get(i));
@@ -277,9 +306,9 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
     #[inline(always)]
     fn tell<L: Lane>(
         &mut self,
-        occupants: &[Occupant],
+        occupants: &[Option<Occupant>],
         c: &Constants<L>,
-        state: &State<L>,
+        (state, current): (&State<L>, &K::Of<L>),
         outcome: &Outcome<L>,
     ) {
         let Some(on_event) = &mut self.on_event else {
@@ -288,7 +317,10 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
         // Side by side: one after the other these sums would take a quarter of all the time.
         let (high, low) = state.clock(c);
         for i in (0..L::WIDTH).filter(|&i| outcome.at_event.at(i)) {
-            let Some((index, oscillator)) = &occupants[i] else {
+            let Some(Occupant {
+                index, oscillator, ..
+            }) = &occupants[i]
+            else {
                 continue;
             };
             let event = outcome.event.map(|number| number.get(i));
@@ -297,8 +329,8 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
                 high: high.get(i),
                 low: low.get(i),
             };
-            let event = oscillator.event(clock, &state, event);
-            on_event(*index, &event, &oscillator.segment(clock, &state));
+            let (event, segment) = current.told(i, oscillator, (clock, &state), event);
+            on_event(*index, &event, &segment);
         }
     }
 }

@@ -12,11 +12,11 @@ use super::elementary::{exp, reversed, sin_cos};
 use super::lane_oscillator::{Constants, End, Line, STEP_HALVINGS, State, Step};
 
 /// So many cells; a slip that lasts longer, by the longest of them, is likely to last for ever. Rounding grows with every cell.
-const MOST_CELLS: u32 = 256;
+pub(super) const MOST_CELLS: u32 = 256;
 /// So many exact evaluations.
-const MOST_EXACT_EVALUATIONS: usize = 8;
+pub(super) const MOST_EXACT_EVALUATIONS: usize = 8;
 /// Degree of the Taylor polynomial.
-const TAYLOR_DEGREE: usize = 7;
+pub(super) const TAYLOR_DEGREE: usize = 7;
 
 /// Where slip ends.
 pub(super) struct Arrival<L: Lane> {
@@ -55,13 +55,13 @@ fn curvature_of<L: Lane>(c: &Constants<L>, line: &Line<L>, value: L, rate: L, wa
 
 /// Whether two numbers are the same.
 #[inline(always)]
-fn is<L: Lane>(one: L, other: L) -> L::Mask {
+pub(super) fn is<L: Lane>(one: L, other: L) -> L::Mask {
     one.at_most(other) & other.at_most(one)
 }
 
 /// How far the slip speed is above the low end of its line, its rate and its curvature.
 #[derive(Clone, Copy)]
-struct Sample<L>([L; 3]);
+pub(super) struct Sample<L>(pub(super) [L; 3]);
 
 impl<L: Lane> Sample<L> {
     /// How far it is below the high end.
@@ -73,7 +73,7 @@ impl<L: Lane> Sample<L> {
 
     /// Become another one where the mask says so.
     #[inline(always)]
-    fn become_where(&mut self, mask: L::Mask, other: Self) {
+    pub(super) fn become_where(&mut self, mask: L::Mask, other: Self) {
         for (own, other) in self.0.iter_mut().zip(other.0) {
             *own = L::choose(mask, other, *own);
         }
@@ -83,7 +83,7 @@ impl<L: Lane> Sample<L> {
 /// The least coefficient of the enclosure of a cell of width `d`, see [`crate::flow::enclosure`]; `slack` is d⁶/14,400 times
 /// the bound of the sixth derivative.
 #[inline(always)]
-fn least<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d: L, slack: L) -> L {
+pub(super) fn least<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d: L, slack: L) -> L {
     let n = L::splat;
     let (sixth, square) = (d * n(1.0 / 6.0), d * d);
     let (up, fall) = (sixth * left[1], sixth * right[1]);
@@ -97,7 +97,7 @@ fn least<L: Lane>(Sample(left): Sample<L>, Sample(right): Sample<L>, d: L, slack
 
 /// e^{−γτ} cos ωτ and e^{−γτ} sin ωτ / ω, hyperbolic where slip does not oscillate.
 #[inline(always)]
-fn basis<L: Lane>(line: &Line<L>, at: L) -> (L, L) {
+pub(super) fn basis<L: Lane>(line: &Line<L>, at: L) -> (L, L) {
     let (n, zero) = (L::splat, L::splat(0.0));
     let slow = exp(-(line.slow * at));
     let (sin, cos) = sin_cos(line.omega * at);
@@ -115,7 +115,7 @@ fn basis<L: Lane>(line: &Line<L>, at: L) -> (L, L) {
 
 /// Σ d_k τᵏ/k!, its slope and its curvature.
 #[inline(always)]
-fn expanded<L: Lane>(d: &[L; TAYLOR_DEGREE + 1], tau: L) -> [L; 3] {
+pub(super) fn expanded<L: Lane>(d: &[L; TAYLOR_DEGREE + 1], tau: L) -> [L; 3] {
     let mut sums = [d[TAYLOR_DEGREE]; 3];
     for k in (1..=TAYLOR_DEGREE).rev() {
         for (order, sum) in sums.iter_mut().enumerate() {
@@ -125,6 +125,45 @@ fn expanded<L: Lane>(d: &[L; TAYLOR_DEGREE + 1], tau: L) -> [L; 3] {
         }
     }
     sums
+}
+
+/// The way to a root of Σ d_k τᵏ/k! that is near.
+pub(super) struct Steps<L> {
+    /// Householder's step of the third order, then Halley's on the polynomial.
+    pub(super) first: L,
+    pub(super) second: L,
+    /// What is left after both, and slope and curvature there.
+    pub(super) remains: L,
+    pub(super) slope: L,
+    pub(super) curvature: L,
+}
+
+#[inline(always)]
+pub(super) fn to_root<L: Lane>(d: &[L; TAYLOR_DEGREE + 1]) -> Steps<L> {
+    let n = L::splat;
+    let newton = -(d[0] / d[1]);
+    let (curvature, third) = (newton * d[2], newton * newton * d[3]);
+    let first = newton * (d[1] + n(0.5) * curvature) / (d[1] + curvature + third * n(1.0 / 6.0));
+    let [value1, slope1, bend1] = expanded(d, first);
+    let second = -(value1 * slope1) / (slope1 * slope1 - n(0.5) * value1 * bend1);
+    Steps {
+        first,
+        second,
+        remains: value1 + second * (slope1 + n(0.5) * second * bend1),
+        slope: slope1 + second * bend1,
+        curvature: bend1 + second * d[3],
+    }
+}
+
+/// ∫ Σ d_k τᵏ/k! from 0 to `by`.
+#[inline(always)]
+pub(super) fn integral<L: Lane>(d: &[L; TAYLOR_DEGREE + 1], by: L) -> L {
+    let n = L::splat;
+    let mut sum = d[TAYLOR_DEGREE] * n(1.0 / (TAYLOR_DEGREE + 1) as f64);
+    for k in (0..TAYLOR_DEGREE).rev() {
+        sum = (d[k] + by * sum) * n(1.0 / (k + 1) as f64);
+    }
+    by * sum
 }
 
 /// Where in a cell of width `d` the quintic through both samples is zero, as a share of it: positive at its left end, negative
@@ -336,15 +375,14 @@ pub(super) fn arrival<L: Lane>(
             }
             g[0] = L::choose(high, line.reach + g[0], g[0]);
         }
-        // Householder's step of the third order, then Halley's on the polynomial.
-        let newton = -(g[0] / g[1]);
-        let (curvature, third) = (newton * g[2], newton * newton * g[3]);
-        let first = newton * (g[1] + n(0.5) * curvature) / (g[1] + curvature + third * n(1.0 / 6.0));
-        let [value1, slope1, bend1] = expanded(&g, first);
-        let second = -(value1 * slope1) / (slope1 * slope1 - n(0.5) * value1 * bend1);
+        let Steps {
+            first,
+            second,
+            remains,
+            slope,
+            curvature,
+        } = to_root(&g);
         let by = first + second;
-        let (slope, curvature) = (slope1 + second * bend1, bend1 + second * g[3]);
-        let remains = value1 + second * (slope1 + n(0.5) * second * bend1);
         let span = (at + by) - gone;
         let near = first.abs().below(n(0.02) * d) & second.abs().below(n(2e-6) * d) & zero.below(span);
         let cube = span * span * span;
@@ -368,12 +406,7 @@ pub(super) fn arrival<L: Lane>(
             sure = sure & ((-rounding).at_most(low_of) | !bounded);
         }
         let take = open & near & sure;
-        // The integral of the polynomial.
-        let mut travel = g[TAYLOR_DEGREE] * n(1.0 / (TAYLOR_DEGREE + 1) as f64);
-        for k in (0..TAYLOR_DEGREE).rev() {
-            travel = (g[k] + by * travel) * n(1.0 / (k + 1) as f64);
-        }
-        let travel = by * travel;
+        let travel = integral(&g, by);
         let x =
             y * cos + (z + line.gamma * y) * sin + centre + (line.within * wave_cos + line.behind * wave_sin);
         arrival.end.lasted = L::choose(take, at + by, arrival.end.lasted);

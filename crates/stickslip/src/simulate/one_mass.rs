@@ -353,30 +353,16 @@ impl<'a, const H: usize> Loop<'a, H> {
             // The slip velocity is known exactly here.
             self.v = self.frame.drive_velocity - direction * speed;
         }
-        if end == (End::Reversal { rising: true }) {
-            self.memory.force_rate = self.at_rest().at(0.0).1.abs();
-        }
-        if speed > 0.0 || end == (End::Reversal { rising: true }) {
-            let next = mode::after(self.law, direction, piece, end, speed, &mut self.memory);
-            let kind = match (end, &next) {
-                (_, Mode::Hold { .. }) => Kind::Hold,
-                (End::Reversal { .. }, _) => Kind::Reversal,
-                _ => Kind::Node,
-            };
-            record.event(self.event(kind, force));
-            return next;
-        }
-        let (holding, rate, _) = self.at_rest().at(0.0);
-        // Friction stopped this slip: adhesion holds against no more than that, and what is more is rounding.
-        let pull = direction * (direction * holding).min(piece.force(0.0));
-        let mode = mode::at_zero(self.law, pull, rate, &mut self.memory);
-        let kind = if mode == Mode::Stick {
-            Kind::Capture
-        } else {
-            Kind::Crossing
+        let (frame, forces, x) = (&self.frame, &self.forces, self.x);
+        let held = || {
+            let stick = frame.held_against(forces, x, frame.drive_velocity);
+            let (holding, rate, _) = stick.at(0.0);
+            [holding, rate]
         };
+        let (next, kind) =
+            mode::after_slip(self.law, (direction, piece), (end, speed), held, &mut self.memory);
         record.event(self.event(kind, force));
-        mode
+        next
     }
 
     fn event(&self, kind: Kind, force: f64) -> Event {
