@@ -33,6 +33,30 @@ def test_every_start_on_the_continuum_closes_and_is_marginal():
         assert cycle.largest == pytest.approx(1.0, abs=1e-6)
 
 
+def test_a_branch_along_the_edge_of_the_continuum_is_marginal_too():
+    # A multiplier of 1 − 3e-8 there is 1 and rounding: neither stability nor its loss may be said.
+    branch = ss.continuation(den_hartog(0.5, 0.3), "law.kinetic", (0.25, 0.32), seeds=0).branches[0]
+    assert {cycle.forcing_periods for cycle in branch.orbits} == {1}
+    assert branch.stable == [None] * len(branch.values)
+
+
+@pytest.mark.parametrize("beside", [1e-3, 1e-4, 1e-5])
+def test_a_multiplier_that_is_near_one_and_known_decides(beside):
+    # Den Hartog's symmetric orbit turns at A = G cos φ, with B = −S tan(θ/2) = G Ω sin φ, θ = π/Ω, G = 1/(1 − Ω²). Half a period
+    # turns disturbances by θ, and a turn of the velocity multiplies the slope of v by r, the accelerations' ratio: the roots
+    # of λ² − (1 + r) cos θ λ + r, of which one is 1 − e.
+    omega, friction = 0.5 + beside, 0.3
+    cycle = ss.periodic_orbit(den_hartog(omega, friction), (2.0, 2.0))
+    gain, half = 1 / (1 - omega**2), np.pi / omega / 2
+    pull = np.sqrt(1 - (friction * np.tan(half) / gain / omega) ** 2) * (1 - gain)
+    ratio = (pull + friction) / (pull - friction)
+    at_one = (1 + ratio) * 2 * np.sin(half) ** 2
+    slope = 2 - (1 + ratio) * np.cos(2 * half)
+    e = (slope - np.sqrt(slope**2 - 4 * at_one)) / 2
+    assert cycle.stable is True
+    assert 1 - cycle.largest == pytest.approx(2 * e - e**2, rel=1e-5)
+
+
 def test_a_little_damping_decides_the_stability():
     weak = ss.periodic_orbit(den_hartog(0.5, 0.2, 1e-3))
     assert weak.stable is True

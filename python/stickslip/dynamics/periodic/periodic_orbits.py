@@ -23,6 +23,7 @@ from stickslip.dynamics.periodic.poincare_map import (
     once,
     return_of,
     size_of,
+    undecided,
 )
 from stickslip.errors import InputError
 from stickslip.files.checks import number, whole_number
@@ -44,6 +45,8 @@ _NO_RETURNS = (
 )
 #: So near the returns of a short run, in sizes of the motion, is the orbit that they show.
 _NEAR = 0.1
+#: Only so near 1 rounding may hide on which side of it a multiplier lies.
+_NEAR_ONE = 1e-4
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -56,8 +59,8 @@ class PeriodicOrbit(Cycle):
     multipliers : Floquet multipliers, complex, the largest first; an autonomous orbit has a 1 for the shift in time, and a
         stick brings a 0 (the direction it forgets).
     stable : whether all but the 1 of an autonomous orbit lie inside the unit circle; None where the orbit is marginal.
-    marginal : whether the largest of these has size 1, so that neither is decided by it: within 1e-9, or because the orbit
-        is a multiple root of the return map, as at the edge of a continuum of orbits, and known only to a root of rounding.
+    marginal : whether the largest of these has size 1, so that neither is decided by it: within 1e-9, or within what rounding
+        leaves unknown, as at the edge of a continuum of orbits, where the orbit is a multiple root of the return map.
     residual : end minus start, the largest relative to the motion; `rounds` of Newton's method it took.
     state : t, x, v where the section is, at the event `section`; of a system x and v are of shape (n,).
     events : kinds of the endings of its phases, in order.
@@ -65,10 +68,10 @@ class PeriodicOrbit(Cycle):
 
     closed: Return
 
-    @property
+    @cached_property
     def marginal(self) -> bool:
-        """Whether small disturbances neither grow nor decay, as around a centre."""
-        return self.closed.multiple or super().marginal
+        """Whether small disturbances neither grow nor decay, as around a centre, as far as rounding lets that be told."""
+        return super().marginal or (abs(self.largest - 1) < _NEAR_ONE and undecided(self.closed))
 
     @property
     def state(self) -> tuple[float, Any, Any]:
@@ -506,8 +509,7 @@ def unchecked(closed: Return, rounds: int = 0) -> PeriodicOrbit:
     """A closed orbit as a result, as it is: on a boundary its consistency is a matter of rounding."""
     here = closed
     if not len(here.tests):
-        tested = return_of(closed.sequence, closed.forcing_periods, tests=True)
-        here = replace(tested, multiple=closed.multiple)
+        here = return_of(closed.sequence, closed.forcing_periods, tests=True)
     kinds = kinds_of(here.sequence)
     return PeriodicOrbit(
         system=here.sequence.system,

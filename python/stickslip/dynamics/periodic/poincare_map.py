@@ -34,6 +34,8 @@ _DRIFT = 1e-10
 _REACH, _ROUNDS = 0.2, 40
 #: Below this a step is rounding, and below the other where rounding holds it up.
 _EXACT, _HELD_UP = 1e-14, 1e-9
+#: What rounding leaves of the defect of a closed orbit, in sizes of the motion.
+_UNKNOWN = 1e-14
 #: Rounding leaves a double root undecided by its root, of which this is four times; so many slow steps down to it show one.
 _DOUBLE, _SLOW = 4 * np.finfo(float).eps ** 0.5, 9
 
@@ -70,7 +72,6 @@ class Return:
     map_jacobian : of the return map over `coordinates`.
     parameter : derivative of the end with respect to the parameter, over `coordinates`; zero where none was asked for.
     tests : the test functions, as in :class:`Followed`; `test_rates` their derivatives over `coordinates` and the parameter.
-    multiple : whether Newton's method closed it as slowly as at a multiple root, where a multiplier is 1.
     fixed : what the orbit writes whatever the start was, such as the velocity of the drive where it is reached;
         `fixed_parameter` its derivatives with respect to the parameter.
     """
@@ -87,7 +88,6 @@ class Return:
     durations: Array
     fixed: NDArray[np.int64]
     fixed_parameter: Array
-    multiple: bool = False
 
     @property
     def period(self) -> float:
@@ -222,7 +222,7 @@ def close(
         if small and (here.settled or small > 2):
             return without_drift(here, within, size), len(done.errors)
         if done.error < _DOUBLE and slow(done.errors):
-            return replace(without_drift(here, within, size), multiple=True), len(done.errors)
+            return without_drift(here, within, size), len(done.errors)
     raise InputError(
         f"periodic_orbit: no periodic orbit of this event sequence near the guess (the last step is {done.error:.1e} of the "
         "motion): give another guess or simulate longer first"
@@ -269,8 +269,7 @@ def once(closed: Return) -> Return:
         same = all((parts[name] == parts[name][0]).all() for name in ("mode", "ending", "contact"))
         if same and np.ptp(closed.durations.reshape(count, -1), axis=0).max() < 1e-7 * closed.period:
             sequence = replace(closed.sequence, phases=parts[0], last=phases["mode"][0].copy())
-            found = close(sequence, closed.forcing_periods // count)[0]
-            return replace(found, multiple=found.multiple or closed.multiple)
+            return close(sequence, closed.forcing_periods // count)[0]
     return closed
 
 
@@ -292,6 +291,23 @@ def eigenvalues(matrix: Array) -> NDArray[np.complex128]:
     """Those of a matrix, the largest first."""
     values = np.linalg.eigvals(matrix).astype(complex)
     return np.asarray(values[np.argsort(-np.abs(values), kind="stable")], complex)
+
+
+def undecided(here: Return) -> bool:
+    """Whether rounding hides on which side of 1 the largest multiplier lies, as where the orbit is a multiple root.
+
+    The orbit is known only as well as its defect: moved by as much, along the direction in which that says least, it would
+    have a multiplier as far from its own as 1 is.
+    """
+    sizes = here.sizes
+    _, values, rows = np.linalg.svd((np.eye(len(sizes)) - here.map_jacobian) * sizes / sizes[:, None])
+    unknown = max(float(np.abs(here.defect / sizes).max()), _UNKNOWN) / max(values[-1], _UNKNOWN)
+    largest = abs(eigenvalues(here.map_jacobian)[0])
+    try:
+        beside = return_of(moved(here, min(unknown, _REACH) * rows[-1] * sizes), here.forcing_periods)
+    except InputError:
+        return True
+    return bool(abs(abs(eigenvalues(beside.map_jacobian)[0]) - largest) > abs(largest - 1))
 
 
 def multipliers_of(here: Return) -> NDArray[np.complex128]:
