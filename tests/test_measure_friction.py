@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import stickslip as ss
 from stickslip.measurement import Rig, measure
-from stickslip.measurement.signals.noise import mains_hum
+from stickslip.measurement.disturbances.mains import mains_hum
 from stickslip.measurement.signals.spectra import main_line
 
 

@@ -6,6 +6,7 @@
 
 mod asymmetric;
 mod bogacz_ryczek;
+mod break_away_force;
 mod combined;
 mod constant_or_nodes;
 mod coulomb;
@@ -21,7 +22,6 @@ mod piecewise_linear;
 mod piecewise_polynomial;
 mod popp_stelter;
 mod rational;
-mod static_friction;
 mod static_kinetic;
 mod tabulated;
 mod two_branch;
@@ -30,6 +30,7 @@ use serde::{Deserialize, Serialize};
 
 pub use asymmetric::Asymmetric;
 pub use bogacz_ryczek::{BRANCHES, BogaczRyczek, UpperTurn};
+pub use break_away_force::StaticFriction;
 pub use combined::Combined;
 pub use constant_or_nodes::ConstantOrNodes;
 pub use coulomb::Coulomb;
@@ -44,7 +45,6 @@ pub use piecewise_linear::PiecewiseLinear;
 pub use piecewise_polynomial::PiecewisePolynomial;
 pub use popp_stelter::PoppStelter;
 pub use rational::Rational;
-pub use static_friction::StaticFriction;
 pub use static_kinetic::StaticKinetic;
 pub use tabulated::Tabulated;
 pub use two_branch::TwoBranch;

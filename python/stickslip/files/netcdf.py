@@ -1,4 +1,7 @@
-"""netCDF files in memory, read apart from this process: the library beneath them can crash or hang on a damaged one."""
+"""netCDF files, written whole, and read apart from this process: the library beneath them can crash or hang on a damaged one.
+
+What is in a file is said where it is made: of an orbit in `simulation/orbit.py`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What the core declares of every law: parameters with their dimensions (units), limits, and an example."""
+"""What the core declares of every law, read: parameters with their dimensions (units), limits, and an example.
+
+They are declared in the core, in `crates/stickslip/src/law/`, in the file of each law.
+"""
 
 from __future__ import annotations
 

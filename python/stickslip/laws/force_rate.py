@@ -1,4 +1,4 @@
-"""Static friction that depends on the force rate."""
+"""Static friction that depends on the force rate, above a constant kinetic friction; the paper's law is `bogacz_ryczek`."""
 
 from __future__ import annotations
 

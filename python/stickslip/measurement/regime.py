@@ -1,4 +1,4 @@
-"""One word for the motion of a whole record."""
+"""One word for the motion of a measured record; that of a simulated one is decided in the core (`observer/regime.rs`)."""
 
 from __future__ import annotations
 

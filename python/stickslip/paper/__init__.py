@@ -10,9 +10,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from stickslip.laws import BogaczRyczek
-from stickslip.model.drive import Harmonic
-from stickslip.model.system import Oscillator
+from stickslip.paper.default_calibration import DAMPING, END_OF_OSCILLATION, END_OF_STICK_SLIP, oscillator
 
 if TYPE_CHECKING:
     from stickslip.paper import calibration, figures
@@ -32,28 +30,6 @@ __all__ = [
 ]
 
 _HOME = {"reproduce": "reproduction", "score": "scoring", "claims": "scoring"}
-
-#: Dimensionless damping d: the paper does not state it; this value puts the end of stick-slip at s ≈ 0.25.
-DAMPING = 0.35
-
-#: What the paper reports: stick-slip below the first, stable slip above the second drive velocity.
-END_OF_STICK_SLIP, END_OF_OSCILLATION = 0.25, 0.40
-
-
-def oscillator(drive_velocity: float, forcing: Harmonic | None = None) -> Oscillator:
-    """The paper's oscillator ẍ + d ẋ + x = f(w, t_s, δ, sign ẇ) + u₀ cos ηt at one drive velocity, dimensionless.
-
-    Parameters
-    ----------
-    drive_velocity : s, dimensionless.
-    forcing : u₀ cos ηt as ``Harmonic(u0, eta)``, or None.
-
-    Source: Eqs. (6) and (10) of the paper; damping and law are our calibration (``docs/paper-law.md``).
-
-    >>> oscillator(0.3).damping
-    0.35
-    """
-    return Oscillator(damping=DAMPING, drive_velocity=drive_velocity, law=BogaczRyczek(), forcing=forcing)
 
 
 def __getattr__(name: str) -> Any:

@@ -24,6 +24,7 @@ from stickslip.model.drive import Harmonic
 from stickslip.model.system import Oscillator
 from stickslip.paper.checks import CLAIMS
 from stickslip.paper.claim import NOT, PARTLY, REPRODUCED
+from stickslip.paper.default_calibration import DAMPING
 from stickslip.paper.study import Make, Study
 
 if TYPE_CHECKING:
@@ -164,7 +165,7 @@ READINGS: dict[str, Reading] = {
 #: default with the other reading of a turn on the upper line; the one that shows all claims but one, which has three more
 #: free numbers; and what each reading without one of its parts can do.
 CALIBRATIONS: dict[str, Calibration] = {
-    "default": Calibration("falling f_s(0, δ)", 0.35, BogaczRyczek()),
+    "default": Calibration("falling f_s(0, δ)", DAMPING, BogaczRyczek()),
     "one u₀": Calibration(
         "falling f_s(0, δ)",
         0.30,
@@ -185,7 +186,7 @@ CALIBRATIONS: dict[str, Calibration] = {
             alpha=((1.8, 0.0), (2.8, 1.65)),
         ),
     ),
-    "back along A": Calibration("back along A", 0.35, BogaczRyczek(upper_turn="back")),
+    "back along A": Calibration("back along A", DAMPING, BogaczRyczek(upper_turn="back")),
     "two steps": Calibration(
         "two steps",
         0.331,
@@ -207,7 +208,7 @@ CALIBRATIONS: dict[str, Calibration] = {
         ),
     ),
     "α = 0": Calibration("falling f_s(0, δ)", 0.2615, BogaczRyczek(alpha=0.0)),
-    "climbs at η": Calibration("climbs at η", 0.35, BogaczRyczek(D=None)),
+    "climbs at η": Calibration("climbs at η", DAMPING, BogaczRyczek(D=None)),
     "one f_s(0)": Calibration(
         "one f_s(0)",
         0.28,

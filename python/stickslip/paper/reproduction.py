@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from stickslip.explorer import content_of_system
 from stickslip.files.disk import make_folder, write_text, write_whole
 from stickslip.model.drive import Harmonic
-from stickslip.paper import DAMPING, oscillator
 from stickslip.paper.calibration import CALIBRATIONS
 from stickslip.paper.checks import CLAIMS
 from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, STATED
+from stickslip.paper.default_calibration import DAMPING, oscillator
 from stickslip.paper.scoring import score
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""What a simulation returns: a motion that is exact at any time, its events, why it stopped and what it cost."""
+"""What a simulation returns: a motion exact at any time, its events, why it stopped and what it cost; saved as netCDF."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-//! When adhesion breaks under harmonic forces and a limit that falls with the force rate.
+//! When adhesion breaks under harmonic forces and a limit that falls with the force rate, of one mass. Without a force it is
+//! `end_of_stick.rs`, of several masses `network/end_of_stick.rs`.
 //!
 //! The search goes from window to window. One ends where a harmonic of the force rate has its next extremum, or before: the
 //! extremes of the force, of its rate and of its curvature within are known in closed form. As the limit grows with the stick

@@ -1,6 +1,6 @@
 //! The law of Bogacz and Ryczek: static friction with memory and two piecewise-linear branches with shared geometry.
 //!
-//! The break-away force f_s(t_s, δ) is computed by `StaticFriction::force` in `law/static_friction.rs`: `static_limit` here only
+//! The break-away force f_s(t_s, δ) is computed by `StaticFriction::force` in `law/break_away_force.rs`: `static_limit` here only
 //! hands it on.
 //!
 //! What the paper states and what we had to read into it stands in `docs/paper-law.md`. In short, with an *anchor* on the

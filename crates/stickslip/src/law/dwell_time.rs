@@ -1,4 +1,4 @@
-//! Static friction that grows while the contact rests, by the form that is computed in `static_friction.rs`.
+//! Static friction that grows while the contact rests, by the form that is computed in `break_away_force.rs`.
 
 use super::{Adhesion, Friction, Memory, Piece, Rest, StaticFriction};
 use crate::law::declaration::parameters;

@@ -1,4 +1,5 @@
-//! Static friction that grows while the contact rests and falls with the rate at which it is loaded.
+//! Static friction that grows while the contact rests and falls with the rate at which it is loaded, above a constant kinetic friction;
+//! computed in `break_away_force.rs`. The paper's law is `bogacz_ryczek.rs`.
 
 use super::{Adhesion, Friction, Memory, Piece, Rest, StaticFriction};
 use crate::law::declaration::parameters;

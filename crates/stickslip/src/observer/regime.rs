@@ -1,4 +1,5 @@
-//! The kind of a steady motion, in one word; the criteria of every part of the package.
+//! The kind of a simulated motion, in one word, and its criteria. Of a measured record, where a stick is never exact,
+//! `python/stickslip/measurement/regime.py` decides; a motion laid over a record is judged as that record is.
 
 use crate::named::named;
 use crate::simulate::Stop;

@@ -1,4 +1,7 @@
-"""Standard errors and intervals of parameters: covariance, degrees of freedom and Student's t.
+"""Standard errors and intervals of parameters from their covariance, degrees of freedom and Student's t.
+
+The covariance of a fit with clustered errors is here. Fits of a law to a record or a motion make their own, in
+`kinetic/force_fit.py`, `trajectory/single_shooting.py` and `trajectory/slip_shooting.py`.
 
 What residuals say of their own scale and correlation is in `residual_statistics`; intervals of trajectory fits from the
 profile of the likelihood are in `trajectory/profile.py`.

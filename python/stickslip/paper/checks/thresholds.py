@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.paper import END_OF_OSCILLATION, END_OF_STICK_SLIP
 from stickslip.paper.claim import NOT, PARTLY, REPRODUCED, CheckResult, Claim
+from stickslip.paper.default_calibration import END_OF_OSCILLATION, END_OF_STICK_SLIP
 from stickslip.paper.study import Study
 
 

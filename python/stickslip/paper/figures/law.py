@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.laws import BogaczRyczek
-from stickslip.paper import END_OF_OSCILLATION, END_OF_STICK_SLIP, oscillator
+from stickslip.paper.default_calibration import END_OF_OSCILLATION, END_OF_STICK_SLIP, oscillator
 from stickslip.paper.figures.motion import TITLE, loop, shades
 from stickslip.show import BRANCH_COLOURS, OKABE_ITO, break_away_plot, friction_loop, new_axes
 from stickslip.simulation.simulate import simulate

@@ -13,7 +13,7 @@ from stickslip.files.arrays import Array
 from stickslip.identification.estimator.hat_functions import hats_at
 from stickslip.measurement import Rig, measure
 from stickslip.measurement.signals.turning_points import turning_points
-from stickslip.paper import oscillator
+from stickslip.paper.default_calibration import oscillator
 from stickslip.paper.figures.motion import TITLE
 from stickslip.show import BRANCH_COLOURS, OKABE_ITO, new_axes
 from stickslip.show.canvas import words

@@ -15,7 +15,7 @@ from stickslip.dynamics import orbit_diagram
 from stickslip.errors import InputError
 from stickslip.laws import BogaczRyczek
 from stickslip.model.drive import Harmonic
-from stickslip.paper import END_OF_OSCILLATION, END_OF_STICK_SLIP, oscillator
+from stickslip.paper.default_calibration import END_OF_OSCILLATION, END_OF_STICK_SLIP, oscillator
 from stickslip.show import (
     BRANCH_COLOURS,
     OKABE_ITO,
