@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -272,3 +273,15 @@ def test_a_long_run_that_spends_its_evaluations_is_kept():
     assert "stickslip.integrate takes more" in short.stop_sentence
     whole = ss.integrate(slider, 60.0)
     assert abs(short.at(50.0)[0] - whole.at(50.0)[0]) < 1e-6
+
+
+def test_the_regime_of_a_long_creep_costs_no_more_than_its_integration():
+    # 10 000 natural periods of creep would be two million looks, but the integration takes some thousand steps.
+    slider = ss.Oscillator(0.1, 1e-4, ss.laws.LuGre(1e3, 3.0, 0.0, 0.5, 1.0, 0.1))
+    orbit = ss.simulate(slider, 60_000.0)
+    tracemalloc.start()
+    try:
+        assert orbit.regime() == "stable_slip"
+        assert tracemalloc.get_traced_memory()[1] < 3e7
+    finally:
+        tracemalloc.stop()

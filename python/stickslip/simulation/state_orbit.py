@@ -238,25 +238,32 @@ class StateOrbit(Orbit):
         two = name == "state" and max(self._layout.sizes) > 1
         return (*super()._dims(name), *(["state_variable"] if two else []))
 
-    def _adhesion(self, late: dict[str, NDArray[Any]], start: float, contact: int) -> tuple[float, bool]:
-        """At rest: slip never faster than 1e-6 of the fastest mass; sticking: `stuck` for more than 1 % of the time."""
-        del start
-        w = np.abs(late["slip_velocity"].reshape(-1, self._contacts)[:, contact])
-        rests = w.max() <= 1e-6 * np.abs(late["v"]).max()
-        return float(rests), bool(late["stuck"].reshape(-1, self._contacts)[:, contact].mean() > 0.01)
+    def _looked_at(self, after: float) -> NDArray[np.float64]:
+        """All steps of the integrator, and between two of them as many times as 200 a natural period, but no more than 16.
+
+        However long the motion rests, it is looked at no more often than it was integrated.
+        """
+        steps = np.asarray(self._solution.ts)
+        steps = np.concatenate([[after], steps[(steps > after) & (steps < self.t_end)], [self.t_end]])
+        parts = np.clip(np.ceil(np.diff(steps) * (200 / self.system.natural_period)), 1, 16)
+        return np.unique(np.interp(np.arange(parts.sum() + 1), np.append(0.0, np.cumsum(parts)), steps))
 
     def _samples(self, after: float, contact: int) -> _core.Samples:
-        """The motion of a contact's mass for the observers of the core, at all steps of the integrator and in between."""
-        steps = np.asarray(self._solution.ts)
-        grid = self.times(most=10_000_000)
-        t = np.unique(np.concatenate([[after], steps[steps > after], grid[grid > after]]))
+        """The motion of a contact's mass for the observers of the core.
+
+        At rest: slip never faster than 1e-6 of the fastest mass; sticking: `stuck` for more than 1 % of the time.
+        """
+        t = self._looked_at(after)
         values = {name: column.reshape(t.size, -1) for name, column in self._columns(t).items()}
         y = self.variables(t)
         slip = self._right_hand_side.states(t, y.ravel())[4].reshape(t.size, -1)[:, contact]
-        share, sticks = self._adhesion(values, after, contact)
-        stuck = np.full(t.size, True) if share == 1.0 else values["stuck"][:, contact] & sticks
+        w, stuck = values["slip_velocity"][:, contact], values["stuck"][:, contact]
+        if np.abs(w).max() <= 1e-6 * np.abs(values["v"]).max():
+            stuck = np.full(t.size, True)
+        elif not np.diff(t) @ stuck[1:] > 0.01 * (t[-1] - t[0]):
+            stuck = np.full(t.size, False)
         mass = masses_of(self.system)[contact]
-        columns = [t, *(values[name][:, mass] for name in "xva"), values["slip_velocity"][:, contact], slip]
+        columns = [t, *(values[name][:, mass] for name in "xva"), w, slip]
         return _core.Samples(columns, stuck, self.work.events)
 
     def _steady(self, look: str, period: float, surface: str, contact: int) -> Any:
