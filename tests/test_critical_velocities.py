@@ -354,3 +354,14 @@ def test_the_command_line_has_the_word_of_each_hopf_point(tmp_path, monkeypatch,
     said = json.loads(capsys.readouterr().out)
     assert said["criticality"] == "supercritical"
     assert said["criticalities"] == [list(word) for word in words]
+
+
+def test_stick_slip_that_outlasts_the_search_is_said():
+    # Without damping Andronov's cycle, which a stick closes, is there at every speed; damping ends it.
+    law = ss.laws.StaticKinetic(1.0, 0.6)
+    undamped = ss.critical_velocities(ss.Oscillator(0.0, 1.0, law), (0.1, 2.0))
+    assert (dict(undamped), undamped.beyond) == ({}, 2.0)
+    assert "stick-slip goes on beyond 2" in repr(undamped)
+    damped = ss.critical_velocities(ss.Oscillator(0.1, 1.0, law), (0.1, 2.0))
+    assert damped["end_of_stick_slip"] < 0.5
+    assert damped.beyond is None

@@ -54,6 +54,7 @@ def run(options: argparse.Namespace) -> None:
             "finished": found.finished,
             "brackets": found.brackets,
             "unstable": found.unstable,
+            "beyond": found.beyond,
         }
         say_json(document | ({"intervals": spread} if options.samples is not None else {}))
         return
@@ -66,6 +67,8 @@ def run(options: argparse.Namespace) -> None:
     if found.unstable:
         low, high = found.unstable
         say(f"steady slip is unstable at every speed from {low:.6g} to {high:.6g}")
+    if found.beyond:
+        say(f"stick-slip goes on beyond {found.beyond:.6g}")
     for name, low, high in found.brackets:
         say(f"{name.replace('_', ' ') + ' ':20s}between {low:.12g} and {high:.12g} (not confirmed)")
     for point in found.not_shown:

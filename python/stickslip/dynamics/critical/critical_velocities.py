@@ -54,7 +54,8 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     changes. Not `finished` is a search that ended after its limit of time, with what it had confirmed; `brackets` has (name,
     low, high) of what runs from rest show by then, where nothing that is confirmed explains it: stick-slip ends or begins
     between two speeds. Of several masses also a search that is finished may leave some. `unstable` is the range of drive
-    velocities where steady slip is unstable at every one of them, else None.
+    velocities where steady slip is unstable at every one of them, else None. `beyond` is the greatest speed of the search
+    where a run still sticks there, so that stick-slip ends above it or never; else None.
     """
 
     all: tuple[tuple[str, float], ...]
@@ -64,6 +65,7 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     finished: bool = True
     brackets: tuple[tuple[str, float, float], ...] = ()
     unstable: tuple[float, float] | None = None
+    beyond: float | None = None
 
     def __getitem__(self, name: str) -> float:
         values = [value for kind, value in self.all if kind == name]
@@ -101,6 +103,7 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
             found
             | ({"neutral slip": ranges} if ranges else {})
             | ({"steady slip": f"unstable {self._everywhere()}"} if self.unstable else {})
+            | ({"stick-slip": f"goes on beyond {self.beyond:.6g}"} if self.beyond else {})
             | ({"on cycles, not shown by runs": hidden} if hidden else {})
             | {f"{name}, not confirmed": f"{low:.6g} to {high:.6g}" for name, low, high in self.brackets}
             | ({} if self.finished else {"finished": False})
@@ -113,6 +116,7 @@ class CriticalVelocities(Mapping[str, float], InNotebook):
     def __repr__(self) -> str:
         said = [f"{kind} {value:.12g}" for kind, value in self.all] or ["none"]
         said += [f"steady slip is unstable {self._everywhere()}"] if self.unstable else []
+        said += [f"stick-slip goes on beyond {self.beyond:.12g}"] if self.beyond else []
         said += [f"neutral slip from {low:.12g} to {high:.12g}" for low, high in self.neutral]
         said += [f"{point.kind} {point.parameter:.12g} on a cycle (not shown by runs)" for point in self.not_shown]
         said += [f"{name} between {low:.12g} and {high:.12g} (not confirmed)" for name, low, high in self.brackets]
@@ -347,6 +351,7 @@ class _Search:
     def result(self, *, finished: bool = True) -> CriticalVelocities:
         """As far as the search came."""
         found, brackets = list(self.found), tuple[tuple[str, float, float], ...]()
+        looks, top = [(speed, end.sticks) for sweep in self.sweeps for speed, end in sweep.looks], self.bounds[1]
         if not finished:
             brackets = _brackets(
                 [sweep for sweep in self.sweeps if sweep.start == "rest"], [value for _, value in found]
@@ -365,6 +370,7 @@ class _Search:
             finished=finished,
             brackets=brackets,
             unstable=self.unstable,
+            beyond=top if any(look == (top, True) for look in looks) else None,
         )
 
 
