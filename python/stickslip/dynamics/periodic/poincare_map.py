@@ -215,8 +215,10 @@ def close(
     small = 0
     for done in newton(at, lambda found, step: moved(found[0], step), sequence, _REACH, _ROUNDS, progress):
         here, within, size = done.here
-        # Around a centre every state closes, and a step would be the quotient of two roundings.
-        if np.abs(here.defect / size).max(initial=0.0) < np.finfo(float).eps:
+        # Around a centre every state closes, and a step would be the quotient of two roundings. What the orbit writes
+        # whatever the start was is right from the second round on.
+        known = here.settled or len(done.errors) > 1
+        if known and np.abs(here.defect / size).max(initial=0.0) < np.finfo(float).eps:
             return here, len(done.errors)
         small += done.converged(_EXACT, _HELD_UP)
         if small and (here.settled or small > 2):
