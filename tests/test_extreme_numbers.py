@@ -27,6 +27,21 @@ def test_a_fall_within_hardly_any_slip_is_the_limit_of_a_jump(damping, forcing):
     assert steep.at(t)[0] == pytest.approx(flat.at(t)[0], abs=1e-7)
 
 
+@pytest.mark.parametrize("law", [ss.laws.ExponentialStribeck, ss.laws.Lorentzian])
+@pytest.mark.parametrize("more", [{}, {"forcing": ss.Harmonic(2.0, 1.3)}])
+def test_a_curve_on_which_nothing_falls_has_any_scale(law, more):
+    # f_s = f_k is Coulomb's friction, whose motion is in closed form.
+    t = np.linspace(0, 60, 200)
+    there = np.array(ss.simulate(ss.Oscillator(0.05, 0.1, ss.laws.Coulomb(1.0), **more), 60, x0=3.0).at(t))
+    for scale in (1e-15, 1e-21, 1e-30, 1e-99):
+        flat = ss.Oscillator(0.05, 0.1, law(1.0, 1.0, scale=scale), **more)
+        orbit = ss.simulate(flat, 60, x0=3.0)
+        assert orbit.stop == "t_end"
+        np.testing.assert_allclose(orbit.at(t), there, atol=1e-10)
+        runs = ss.simulate_many(flat, {"drive_velocity": [0.1, 0.2, 0.3, 0.4, 0.5], "x0": 3.0}, 60)
+        assert (runs["stop"] == "t_end").all()
+
+
 STEEPEST = ss.laws.PiecewiseLinear([(0, 0.9), (1e-99, 0.1), (0.6, 0.1)], 1.0)
 BEYOND = {
     "a slope": ss.Oscillator(0.1, 0.3, STEEPEST),
