@@ -90,6 +90,9 @@ const REPEATING_CHANGE: f64 = 0.1;
 /// So much of the tolerance is rounding.
 const TOLERANCE_ROUNDING: f64 = 1e-3;
 
+/// A motion that was further outside of what it does later, by this part of it, was not there yet.
+const LEFT: f64 = 1e-2;
+
 /// Returns that must agree before a motion is steady early, and that a slow one is to have.
 const AGREEING_RETURNS: usize = 6;
 
@@ -150,7 +153,7 @@ pub fn steady(
         let mut seen = Window::new(look, surface, MOST_RETURNS, go_on);
         let stop = engine.go(until, 0.5 * until, &mut seen)?;
         let compared = seen.returns.len();
-        let row = seen.summary(look, stop, engine, compared);
+        let (row, _) = seen.summary(look, stop, engine, compared);
         // Steady slip that has ceased to be stable is left but slowly.
         let settled = row.period > 0 && !row.regime.rests() && compared >= AGREEING_RETURNS;
         if stop != Stop::End || settled {
@@ -162,9 +165,10 @@ pub fn steady(
         let mut seen = Window::new(look, surface, MOST_RETURNS, go_on);
         let stop = engine.go(after + window, after, &mut seen)?;
         let compared = seen.returns.len();
-        let row = seen.summary(look, stop, engine, compared);
+        let (row, settling) = seen.summary(look, stop, engine, compared);
         // A stick on a moving drive is no rest: a slow motion is looked at for longer, until it has come back often enough.
-        let in_a_stick = row.regime == Regime::AtRest
+        let in_a_stick = settling
+            || row.regime == Regime::AtRest
             || row.regime == Regime::StickSlip && row.period == 0 && compared < AGREEING_RETURNS;
         // Who asks for fewer periods than returns must agree does not ask for the kind of motion.
         let looks_on = look.window >= AGREEING_RETURNS as f64
@@ -183,8 +187,8 @@ pub fn steady(
     // The motion goes on for longer: a slow one may still settle, and the 0–1 test wants a long series.
     let mut seen = Window::new(look, surface, MOST_RETURNS.max(look.decide), go_on);
     let stop = engine.go(end + look.decide as f64 * period, end, &mut seen)?;
-    let series: Vec<f64> = seen.returns.iter().map(|(point, _)| point.x).collect();
-    let mut row = seen.summary(look, stop, engine, compared);
+    let series: Vec<f64> = seen.returns.iter().map(|(point, ..)| point.x).collect();
+    let (mut row, _) = seen.summary(look, stop, engine, compared);
     if row.period == 0 {
         row.chaos = zero_one::growth(&series);
     }
@@ -198,15 +202,16 @@ struct Window<'a> {
     passing: Passing,
     cut_x: Cut,
     cut_w: Cut,
-    x: [f64; 2],
-    w: [f64; 2],
-    sticks: bool,
+    /// Since the last return.
+    seen: Seen,
+    /// Before the returns that are kept.
+    before: Seen,
     stuck: f64,
     total: f64,
     loops: u32,
     rises: bool,
-    /// Points of the section, and how many maxima of x came before.
-    returns: VecDeque<(Point, u32)>,
+    /// Points of the section, how many maxima of x came before, and what was seen since the point before.
+    returns: VecDeque<(Point, u32, Seen)>,
     /// Points of the section in the course that passes.
     met: VecDeque<Point>,
     extrema_x: VecDeque<f64>,
@@ -218,8 +223,63 @@ struct Window<'a> {
     go_on: &'a mut dyn FnMut() -> bool,
 }
 
-fn widen(range: &mut [f64; 2], value: f64) {
-    *range = [range[0].min(value), range[1].max(value)];
+/// What is seen of a part of a motion: the extremes of x and of w, and whether the mass sticks.
+#[derive(Clone, Copy)]
+struct Seen {
+    x: [f64; 2],
+    w: [f64; 2],
+    sticks: bool,
+}
+
+impl Seen {
+    /// Nothing.
+    const NONE: Self = Self {
+        x: [f64::INFINITY, f64::NEG_INFINITY],
+        w: [f64::INFINITY, f64::NEG_INFINITY],
+        sticks: false,
+    };
+
+    fn add(&mut self, part: &Self) {
+        for (range, [low, high]) in [(&mut self.x, part.x), (&mut self.w, part.w)] {
+            *range = [range[0].min(low), range[1].max(high)];
+        }
+        self.sticks |= part.sticks;
+    }
+
+    fn pass(&mut self, point: &Point) {
+        self.add(&Self {
+            x: [point.x; 2],
+            w: [point.w; 2],
+            sticks: false,
+        });
+    }
+
+    /// Whether it reached further than what came after it.
+    fn beyond(&self, after: &Self) -> bool {
+        let further = |[low, high]: [f64; 2], before: [f64; 2]| {
+            (low - before[0]).max(before[1] - high) > LEFT * (high - low)
+        };
+        further(after.x, self.x) || further(after.w, self.w)
+    }
+}
+
+/// One more return.
+fn come_back(
+    (point, loops): (Point, u32),
+    most: usize,
+    seen: &mut Seen,
+    before: &mut Seen,
+    returns: &mut VecDeque<(Point, u32, Seen)>,
+) {
+    seen.pass(&point);
+    if returns.len() == most
+        && let Some((_, _, first)) = returns.pop_front()
+    {
+        before.add(&first);
+    }
+    returns.push_back((point, loops, *seen));
+    *seen = Seen::NONE;
+    seen.pass(&point);
 }
 
 impl Observer for Window<'_> {
@@ -227,8 +287,8 @@ impl Observer for Window<'_> {
         let Self {
             contact,
             points,
-            x,
-            w,
+            seen,
+            before,
             loops,
             rises,
             most,
@@ -247,47 +307,46 @@ impl Observer for Window<'_> {
                 met.push_back(point);
             });
         let first = course.point(contact, span.0);
-        if x[0] > x[1] {
+        if self.total == 0.0 {
             *rises = first.v > 0.0;
         }
-        widen(x, first.x);
-        widen(w, first.w);
+        seen.pass(&first);
+        seen.sticks |= sticks;
         let cuts = &mut [&mut self.cut_x, &mut self.cut_w];
         course.cross(contact, cuts, span, watched, &mut |which, point| {
+            // Returns and turns in the order of time.
+            while let Some(&earlier) = met.front().filter(|earlier| earlier.t < point.t) {
+                come_back((earlier, *loops), *most, seen, before, returns);
+                seen.sticks |= sticks;
+                met.pop_front();
+            }
+            seen.pass(&point);
             if which == 1 {
-                widen(w, point.w);
                 keep(extrema_w, *points, point.w);
                 return;
             }
-            widen(x, point.x);
             keep(extrema_x, *points, point.x);
-            // Returns and maxima in the order of time.
-            while let Some(&before) = met.front().filter(|before| before.t < point.t) {
-                keep(returns, *most, (before, *loops));
-                met.pop_front();
-            }
             *loops += u32::from(*rises);
             *rises = !*rises;
         });
         for point in met.drain(..) {
-            keep(returns, *most, (point, *loops));
+            come_back((point, *loops), *most, seen, before, returns);
+            seen.sticks |= sticks;
         }
         self.total += span.1 - span.0;
         if sticks {
-            self.sticks = true;
             self.stuck += span.1 - span.0;
         }
         if last {
             let end = course.point(contact, span.1);
-            widen(&mut self.x, end.x);
-            widen(&mut self.w, end.w);
+            self.seen.pass(&end);
             self.end = Some(end);
         }
     }
 
     fn event(&mut self, event: &Event) {
         if event.contact as usize == self.contact {
-            self.sticks |= matches!(event.kind, Kind::Release | Kind::Capture);
+            self.seen.sticks |= matches!(event.kind, Kind::Release | Kind::Capture);
         }
         if self.passing.takes(self.contact, event) {
             self.met.push_back(event.point());
@@ -301,16 +360,14 @@ impl Observer for Window<'_> {
 
 impl<'a> Window<'a> {
     fn new(look: &Look, surface: &Surface, most: usize, go_on: &'a mut dyn FnMut() -> bool) -> Self {
-        let none = [f64::INFINITY, f64::NEG_INFINITY];
         Self {
             contact: look.contact,
             points: look.points,
             passing: Passing::new(surface),
             cut_x: Cut::new([0.0, 1.0, 0.0, 0.0], 0.0, 0),
             cut_w: Cut::new([0.0, 0.0, 0.0, 1.0], 0.0, 0),
-            x: none,
-            w: none,
-            sticks: false,
+            seen: Seen::NONE,
+            before: Seen::NONE,
             stuck: 0.0,
             total: 0.0,
             loops: 0,
@@ -325,19 +382,31 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// What is kept of the motion; the last `compared` returns, or more for a longer period, say whether it repeats.
-    fn summary(mut self, look: &Look, stop: Stop, engine: &impl Engine, compared: usize) -> Steady {
+    /// What is kept of the motion; the last `compared` returns, or more for a longer period, say whether it repeats. And
+    /// whether it has only just come to do so: before these it was where it is never again.
+    fn summary(mut self, look: &Look, stop: Stop, engine: &impl Engine, compared: usize) -> (Steady, bool) {
         let stuck_share = self.stuck / self.total;
-        // What was seen is not the window that was asked for.
-        let regime =
-            Regime::of_stop(stop, false).unwrap_or_else(|| Regime::of(stuck_share, self.sticks, self.w));
-        let rests = regime.rests();
-        let period = if rests {
-            1
-        } else if stop == Stop::End {
+        let (mut before, mut after) = (self.before, self.seen);
+        for (index, (_, _, seen)) in self.returns.iter().enumerate() {
+            if index > 0 { &mut after } else { &mut before }.add(seen);
+        }
+        self.seen = after;
+        let repeats = if stop == Stop::End {
             self.repeats(look.tolerance, compared)
         } else {
             0
+        };
+        let left_sticks = before.sticks && !after.sticks;
+        let left = left_sticks || before.beyond(&after);
+        self.seen.add(&before);
+        let Seen { x, w, sticks } = self.seen;
+        // What was seen is not the window that was asked for.
+        let regime = Regime::of_stop(stop, false).unwrap_or_else(|| Regime::of(stuck_share, sticks, w));
+        let rests = regime.rests();
+        let period = match (rests, left) {
+            (true, _) => 1,
+            (_, true) => 0,
+            _ => repeats,
         };
         let (mut loops, mut period_time) = (0, f64::NAN);
         if period > 0 && !rests {
@@ -359,21 +428,21 @@ impl<'a> Window<'a> {
         };
         let mean = |pick: fn(&Point) -> f64| {
             let recent = self.returns.iter().rev().take(cycle);
-            recent.map(|(point, _)| pick(point)).sum::<f64>() / cycle as f64
+            recent.map(|(point, ..)| pick(point)).sum::<f64>() / cycle as f64
         };
         let mean = resting.map_or_else(
             || (mean(|point| point.x), mean(|point| point.v)),
             |end| (end.x, end.v),
         );
         let skipped = self.returns.len().saturating_sub(look.points);
-        Steady {
+        let row = Steady {
             regime,
             period: u32::try_from(period).unwrap_or(0),
             chaos: f64::NAN,
             loops,
             period_time,
-            x: self.x,
-            w: self.w,
+            x,
+            w,
             mean,
             stuck_share,
             end: (stop == Stop::End).then(|| engine.end().clone()),
@@ -385,9 +454,10 @@ impl<'a> Window<'a> {
                 .returns
                 .iter()
                 .skip(skipped)
-                .map(|&(point, _)| point)
+                .map(|&(point, ..)| point)
                 .collect(),
-        }
+        };
+        (row, !rests && (left_sticks || left && repeats > 0))
     }
 
     /// The fewest returns to the section after which the last of them repeat, `compared` of them or twice as many as repeat, if
@@ -411,7 +481,7 @@ impl<'a> Window<'a> {
     /// passed, of which the last `period` returns took their share.
     fn apart(&self, index: usize, lag: usize, period: usize) -> f64 {
         let point = |index: usize| self.returns[index].0;
-        let (wide, fast) = (self.x[1] - self.x[0], self.w[1] - self.w[0]);
+        let [wide, fast] = [self.seen.x, self.seen.w].map(|[low, high]| high - low);
         let last = self.returns.len() - 1;
         let lasts = point(last).t - point(last - period).t;
         let (now, before) = (point(index), point(index - lag));
