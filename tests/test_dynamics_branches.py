@@ -371,3 +371,45 @@ def test_a_motion_that_starts_end_in_and_no_branch_has_is_said(monkeypatch, tmp_
     assert "other almost harmonic" in capsys.readouterr().out
     assert main(["continue", str(file), "--over", "damping=0:0.05", "--starts", "0"]) == 0
     assert "on no branch" not in capsys.readouterr().out
+
+
+def stick_slip_period(law, speed):
+    """Andronov's cycle of a mass of unit frequency without damping: a stick of 2 A/s, and the slip round f_k."""
+    fall = law.break_away - law.kinetic
+    return 2 * fall / speed + 2 * np.pi - 2 * np.arctan(fall / speed)
+
+
+def test_a_slow_drive_has_the_cycle_of_its_long_sticks():
+    # A stick of 80 000 time units outlasts any run of some hundred natural periods.
+    law = ss.laws.StaticKinetic(10.0, 6.0)
+    cycle = ss.periodic_orbit(ss.Oscillator(0.0, 1e-4, law))
+    assert cycle.period == pytest.approx(stick_slip_period(law, 1e-4), rel=1e-12)
+    assert cycle.stable
+
+
+def test_a_guess_that_ends_in_a_stick_is_no_part_of_the_cycle():
+    # A release forgets where the stick began: the way from the guess has the cycle's events, but its first stick is longer.
+    law = ss.laws.StaticKinetic(1.45, 1.27)
+    cycle = ss.periodic_orbit(ss.Oscillator(0.0, 0.2, law), (1.7, 0.6))
+    assert cycle.period == pytest.approx(stick_slip_period(law, 0.2), rel=1e-12)
+
+
+def test_stick_slip_beside_steady_slip_is_followed_over_two_decades_of_a_slow_drive():
+    law = ss.laws.StaticKinetic(10.0, 6.0)
+    found = ss.continuation(ss.Oscillator(0.0, 1e-3, law), "drive_velocity", (1e-4, 0.01), seeds=1, starts=0)
+    steady, cycle = found.branches
+    assert (steady.kind, cycle.kind, cycle.ends) == ("steady_slip", "cycle", ("bounds", "bounds"))
+    speeds = np.array(cycle.values)
+    np.testing.assert_allclose(speeds[[0, -1]], (1e-4, 0.01))
+    np.testing.assert_allclose(cycle.period, stick_slip_period(law, speeds), rtol=1e-11)
+    assert len(speeds) < 60
+
+
+def test_steady_slip_that_nothing_damps_is_marginal_and_one_that_is_left_for_the_unknown_is_said():
+    undamped = ss.continuation(ss.Oscillator(0.0, 0.3, ss.laws.Coulomb(0.5)), "drive_velocity", (0.2, 0.4), seeds=0)
+    assert set(undamped.branches[0].stable) == {None}
+    assert "marginal at 121" in repr(undamped.branches[0])
+    # F′ = −5 e^(−u/0.1) outweighs D = 0.1 below u = 0.1 ln 50.
+    falling = ss.Oscillator(0.1, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.1))
+    with pytest.warns(UnfinishedWarning, match="unstable from 0.01 to 0.1, .* not found"):
+        ss.continuation(falling, "drive_velocity", (0.01, 0.1), seeds=0)

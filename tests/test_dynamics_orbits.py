@@ -42,9 +42,9 @@ def test_a_branch_along_the_edge_of_the_continuum_is_marginal_too():
 
 @pytest.mark.parametrize("beside", [1e-3, 1e-4, 1e-5])
 def test_a_multiplier_that_is_near_one_and_known_decides(beside):
-    # Den Hartog's symmetric orbit turns at A = G cos φ, with B = −S tan(θ/2) = G Ω sin φ, θ = π/Ω, G = 1/(1 − Ω²). Half a period
-    # turns disturbances by θ, and a turn of the velocity multiplies the slope of v by r, the accelerations' ratio: the roots
-    # of λ² − (1 + r) cos θ λ + r, of which one is 1 − e.
+    # Den Hartog's symmetric orbit turns at A = G cos φ, with G Ω sin φ = −S tan(θ/2), θ = π/Ω, G = 1/(1 − Ω²). Half a period
+    # turns disturbances by θ, and a turn of the velocity multiplies that of v by r, the accelerations' ratio: λ² −
+    # (1 + r) cos θ λ + r = 0, of which one root is 1 − e.
     omega, friction = 0.5 + beside, 0.3
     cycle = ss.periodic_orbit(den_hartog(omega, friction), (2.0, 2.0))
     gain, half = 1 / (1 - omega**2), np.pi / omega / 2

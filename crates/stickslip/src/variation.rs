@@ -34,6 +34,7 @@ use state::Moving;
 use crate::dual::Dual;
 use crate::error::{Error, wrong};
 use crate::simulate::MOST_BYTES;
+use crate::system::System;
 
 /// An event sequence followed: states at the ends of the phases, durations, test functions.
 #[derive(Clone, Debug, Default)]
@@ -236,6 +237,15 @@ fn chain(number: &Dual, rates: &[f64], width: usize, row: &mut [f64]) {
     }
 }
 
+/// Whether drives of constant velocity carry all masses along lines, so that nothing swings.
+fn carried(system: &System, contact_modes: &[ContactMode]) -> bool {
+    system.forcing.is_empty()
+        && system.contacts.len() == system.masses()
+        && (contact_modes.iter()).all(|&mode| mode == ContactMode::Stick)
+        && (system.contacts.iter())
+            .all(|contact| contact.normal_force.is_none() && contact.drive_velocity.harmonics.is_empty())
+}
+
 /// When the phase ends, near where it did: Newton. The start needs the derivative by time alone.
 fn end_of(motion: &VariedMotion, start: &Moving, phase: &Phase, expansion: &mut Expansion) -> Option<f64> {
     let mut tau = phase.duration;
@@ -243,10 +253,16 @@ fn end_of(motion: &VariedMotion, start: &Moving, phase: &Phase, expansion: &mut 
         return Some(tau);
     }
     motion.go(start, &phase.contact_modes, tau, expansion);
+    let carried = carried(&motion.varied.base, &phase.contact_modes);
     let mut best = f64::INFINITY;
     for round in 0..60 {
         let rate = expansion.pace(&motion.frame);
-        let longest = 0.3 / rate;
+        // A guard that turns nowhere has no end beyond the next.
+        let longest = if carried {
+            0.5 * tau.abs().max(1.0 / rate)
+        } else {
+            0.3 / rate
+        };
         let guard = motion.guard(start, phase, tau, expansion);
         let step = VariedMotion::newton_step(&guard);
         if !step.is_finite() {

@@ -141,6 +141,8 @@ class Branch(ByContent, InNotebook):
         """What a notebook shows."""
         ends = f"{min(self.values):.6g} to {max(self.values):.6g}" if self.values else "nothing"
         stable = f"{sum(item is True for item in self.stable)} of {len(self.values)} points"
+        if marginal := sum(item is None for item in self.stable):
+            stable += f", marginal at {marginal}"
         points = [f"{item.kind} at {item.parameter:.6g}" for item in self.special_points]
         return {"kind": self.kind, "from": ends, "stable": stable, "special_points": points or "none"}
 

@@ -32,7 +32,14 @@ from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost
-from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit, event_cycle, periodic_orbit, unchecked
+from stickslip.dynamics.periodic.periodic_orbits import (
+    STICKS,
+    PeriodicOrbit,
+    event_cycle,
+    longest_stick,
+    periodic_orbit,
+    unchecked,
+)
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle
 from stickslip.errors import InputError, Interrupted, UnfinishedWarning
@@ -85,7 +92,8 @@ def continuation(
 
     Returns
     -------
-    Branches. A closed curve ends where it meets its first point again, one of twice the period at the flip it comes from;
+    Branches, with a warning where steady slip is unstable and no other motion is found. A closed curve ends where it meets
+    its first point again, one of twice the period at the flip it comes from;
     ``ends`` of each says why.
 
     Raises
@@ -144,7 +152,7 @@ def continuation(
         raise InputError("continuation: no motion to start from was found within max_seconds; raise max_seconds")
     if not branches:
         raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
-    _warn_of_cuts(branches, late)
+    _warn_of_the_unseen(branches, others, late)
     return Branches(system, parameter, (low, high), tuple(branches), tuple(others))
 
 
@@ -217,7 +225,8 @@ def _others(
     slowest = max(there.natural_period, forcing_period(there) or 0.0)
     for other in other_motions(there, value, branches, starts):
         try:
-            cycle = event_cycle(there, other.start, t_end=300 * slowest, progress=lambda: progress(0, most))
+            length = max(300 * slowest, STICKS * longest_stick(there))
+            cycle = event_cycle(there, other.start, t_end=length, progress=lambda: progress(0, most))
             point = corrected_at(cycle.closed.sequence, cycle.forcing_periods, family, value)
         except (InputError, Lost):
             left.append(other)
@@ -227,8 +236,16 @@ def _others(
     return left
 
 
-def _warn_of_cuts(branches: list[Branch], late: int) -> None:
-    """Say what goes on beyond the limits."""
+def _warn_of_the_unseen(branches: list[Branch], others: list[OtherMotion], late: int) -> None:
+    """Say what goes on beyond the limits, and where a motion must be that was not found."""
+    steady = branches[0]
+    unstable = [value for value, stable in zip(steady.values, steady.stable, strict=True) if stable is False]
+    if steady.kind == "steady_slip" and unstable and len(branches) == 1 and not others:
+        sentence = (
+            f"continuation: steady slip is unstable from {min(unstable):g} to {max(unstable):g}, and the motion that it is "
+            "left for was not found: raise seeds or starts, or give a guess (x, v)"
+        )
+        warnings.warn(sentence, UnfinishedWarning, stacklevel=3)
     for limit in ("most", "max_seconds"):
         cut = sum(branch.cut == limit for branch in branches)
         unseen = late if limit == "max_seconds" else 0
@@ -274,7 +291,7 @@ def _steady(system: Oscillator | System, path: str, family: Family) -> Branch:
         if state is None:
             continue
         x = first_of(state.x)
-        row = (float(value), state.growth < 0, math.nan, state.growth, x, x, False)
+        row = (float(value), None if state.neutral else state.growth < 0, math.nan, state.growth, x, x, False)
         for name, item in zip(COLUMNS, row, strict=True):
             getattr(branch, name).append(item)
     for kind, value in hopf_points(system, path, (low, high)) if branch.values else ():

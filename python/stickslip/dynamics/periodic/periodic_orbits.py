@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
+from stickslip.dynamics.critical.scales import reach
 from stickslip.dynamics.periodic.closed_orbit import NO_RETURN, STEADY, Cycle
+from stickslip.dynamics.periodic.equilibria import fastest_drive
 from stickslip.dynamics.periodic.event_sequence import HOLD, SECTION, STATE, STICK, EventSequence, check, layout_of
 from stickslip.dynamics.periodic.poincare_map import (
     Return,
@@ -43,6 +45,8 @@ _NO_RETURNS = (
     "periodic_orbit: the motion has no two returns: it comes to rest or slips steadily, or the run is too short; "
     "give a guess"
 )
+#: A slow drive is followed for so many of the longest sticks.
+STICKS = 20
 #: So near the returns of a short run, in sizes of the motion, is the orbit that they show.
 _NEAR = 0.1
 #: Only so near 1 rounding may hide on which side of it a multiplier lies.
@@ -292,7 +296,8 @@ def periodic_orbit(
         :class:`PeriodicOrbit`: its event sequence, which `system` must have too (another value of a number moves the orbit).
     t_end : length of the run that is looked at for a return; default 150 natural periods and, where these are not
         enough, 600. From a guess runs of 2.5, 6 and 15 periods are tried first, so that an orbit that repels is found
-        before the run has left it, then one of 30, the only one under laws with an internal state.
+        before the run has left it, then one of 30, the only one under laws with an internal state. Where a slow drive loads
+        a stick for longer, runs of 20 such sticks come last.
     periods : the number of periods of the forcing an orbit must take; default the first that returns.
     progress : called before each run and each round of Newton's method.
 
@@ -351,6 +356,9 @@ def event_cycle(
         lengths = [150 * slowest, 600 * slowest]
     else:
         lengths = [*(slowest * count * (periods or 1) for count in _FROM_GUESS), 30 * slowest]
+    sticks = STICKS * longest_stick(system)
+    if t_end is None and sticks > lengths[-1]:
+        lengths.append(sticks)
     # Masses that begin alike may move alike, at the edge of the motions that a disturbance leads to.
     starts = [start, *unlike(system)] if settles else [start]
     for begin in starts:
@@ -389,6 +397,17 @@ def event_cycle(
     if settles and not str(clearest).startswith("periodic_orbit"):
         raise InputError(f"{clearest}: the motion from rest is meant; for an orbit elsewhere give a guess (x, v)")
     raise clearest
+
+
+def longest_stick(system: Oscillator | System) -> float:
+    """How long a constant drive takes at the most to load a contact that carried the static friction the other way.
+
+    0 with forcing, which breaks sticks, and where no drive moves or no spring loads.
+    """
+    if forcing_period(system) is not None or not fastest_drive(system):
+        return 0.0
+    stick = 2 * float(reach(system).max()) / fastest_drive(system)
+    return stick if math.isfinite(stick) else 0.0
 
 
 def _without_events(system: Any, start: tuple[Any, Any], periods: int) -> tuple[Any, Any] | None:
