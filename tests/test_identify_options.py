@@ -5,6 +5,9 @@ import functools
 import html
 import importlib
 import inspect
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -253,3 +256,16 @@ def test_a_fit_runs_on_one_thread_of_the_linear_algebra(monkeypatch):
     with threadpool_limits(2, user_api="blas"), pytest.raises(ss.InputError, match="seen"):
         module.identify([], "Coulomb")
     assert set(seen) == {1}
+
+
+@pytest.mark.long
+def test_a_library_that_is_loaded_after_the_first_fit_runs_on_one_thread_too():
+    # opencv brings linear algebra of its own
+    script = (
+        "from stickslip.identification.estimator.threads import one_thread; from threadpoolctl import threadpool_info;"
+        "one_thread(len)(''); import cv2;"
+        "print({pool['num_threads'] for pool in one_thread(threadpool_info)() if pool['user_api'] == 'blas'})"
+    )
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
+    found = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "{1}"

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, wraps
+from functools import wraps
 from typing import ParamSpec, TypeVar
 
-from threadpoolctl import ThreadpoolController  # type: ignore[import-untyped]
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-
-@cache
-def _controller() -> ThreadpoolController:
-    return ThreadpoolController()
 
 
 def one_thread(fit: Callable[P, R]) -> Callable[P, R]:
@@ -29,7 +24,8 @@ def one_thread(fit: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(fit)
     def alone(*arguments: P.args, **options: P.kwargs) -> R:
-        with _controller().limit(limits=1, user_api="blas"):
+        # looked for at each call, in 2 ms: a library that was loaded since the last one has threads of its own
+        with threadpool_limits(1, user_api="blas"):
             return fit(*arguments, **options)
 
     return alone
