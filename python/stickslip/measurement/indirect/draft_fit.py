@@ -18,6 +18,7 @@ from stickslip.measurement.indirect.hidden_fall import with_hidden_fall
 from stickslip.measurement.indirect.sticks.creeping_sticks import creeping_sticks
 from stickslip.measurement.indirect.sticks.resting_sticks import refine_sticks, resting_candidates
 from stickslip.measurement.indirect.sticks.stick import Stick
+from stickslip.measurement.indirect.untold_jump import with_untold_jump
 from stickslip.measurement.regime import Regime, regime, slow_share
 from stickslip.measurement.signals.piecewise_fit import Kind, Part, PiecewiseFit
 from stickslip.measurement.signals.presmooth import cutoff_limits, natural_period
@@ -38,9 +39,9 @@ def fit_draft(draft: Draft, sticking: bool = True) -> DraftFit:
     """Friction of a draft, with its sticks, or with none where not `sticking`."""
     o, presmoothed, flanks = draft.oscillator, draft.presmoothed, draft.flanks
     if sticking and draft.resting:
-        sticks, fit, soft = fit_resting_sticks(draft)
+        sticks, fit, soft, untold = fit_resting_sticks(draft)
     else:
-        soft = True
+        soft, untold = True, 0.0
         sticks = creeping_sticks(presmoothed, flanks, o.drive_velocity) if sticking else []
         fit = fit_pieces(draft, sticks, resting=False)
     friction = friction_force(fit, sticks)
@@ -51,28 +52,41 @@ def fit_draft(draft: Draft, sticking: bool = True) -> DraftFit:
     ]
     if sticks and not soft:
         friction = with_hidden_fall(friction, sticks)
+    if sticks and untold:
+        friction = with_untold_jump(friction, sticks, untold)
     w, lasting = friction.slip_velocity, [stick.end - stick.start for stick in sticks]
     slow, slow_error = slow_share(w, o.drive_velocity, draft.noise, draft.step, lasting)
     found = regime(w, o.drive_velocity, slow, slow_error, draft.blur, draft.resting, len(sticks), len(flanks.limits))
     return DraftFit(friction, sticks, slow, found)
 
 
-def fit_resting_sticks(draft: Draft) -> tuple[list[Stick], PiecewiseFit, bool]:
-    """Alternate between the limits of the sticks and the cut-off of the slips; `soft` as of `refine_sticks`."""
+class RestingFit(NamedTuple):
+    """Sticks of a mass that rests, and the fit of the record with them; the others as of `RefinedSticks`."""
+
+    sticks: list[Stick]
+    fit: PiecewiseFit
+    soft: bool
+    untold: float
+
+
+def fit_resting_sticks(draft: Draft) -> RestingFit:
+    """Alternate between the limits of the sticks and the cut-off of the slips."""
     time, presmoothed, o = draft.time, draft.presmoothed, draft.oscillator
     sticks = resting_candidates(presmoothed, draft.flanks, o.drive_velocity, 1 / natural_period(o))
     cutoff = presmoothed.cutoff
     step = float(time[1] - time[0])
     soft: bool | None = None
+    untold = 0.0
     for span in (max(8 * step, 0.06 * natural_period(o)), 3 * step):
         model = SlipModel(time, draft.path, draft.weight, o, draft.noise, draft.knots, cutoff)
-        sticks, soft = refine_sticks(model, sticks, span, soft)
+        sticks, soft, later = refine_sticks(model, sticks, span, soft)
+        untold = max(untold, later)  # asked once
         fit = fit_pieces(draft, sticks, resting=True)
         changed = abs(math.log(fit.cutoff.get("slip", cutoff) / cutoff))
         cutoff = fit.cutoff.get("slip", cutoff)
         if not sticks or (soft and changed < 0.1):
             break
-    return sticks, fit, bool(soft)
+    return RestingFit(sticks, fit, bool(soft), untold)
 
 
 def fit_pieces(draft: Draft, sticks: list[Stick], resting: bool) -> PiecewiseFit:

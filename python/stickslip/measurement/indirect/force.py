@@ -58,6 +58,7 @@ class Friction:
     fit : the pieces.
     releases : end of a stick -> its break-away, where the slips tell it better.
     late : standard error in s by which all break-aways may be seen early or late together, beside what sets them apart.
+    untold : time in s by which the sticks end later if the force jumps there, where the record does not tell; else 0.
     common : standard error in N that all forces of the record share.
     low_pass : time constant in s of a filter ahead of the converter that the noise shows; 0 where it shows none.
     added : time of a break-away -> force of a ripple of the drive there, which the fit does not hold, and its rate.
@@ -76,6 +77,7 @@ class Friction:
     fit: PiecewiseFit
     releases: dict[float, Release] = field(default_factory=dict)
     late: float = 0.0
+    untold: float = 0.0
     common: float = 0.0
     low_pass: float = 0.0
     added: dict[float, tuple[float, float]] = field(default_factory=dict)

@@ -45,6 +45,7 @@ from stickslip.measurement.indirect.sticks.resting_sticks import BLUR
 from stickslip.measurement.indirect.sticks.stick import Stick, ends_of
 from stickslip.measurement.indirect.sticks.stick_slopes import stick_slope
 from stickslip.measurement.read import LEAST_SAMPLES, Record
+from stickslip.measurement.indirect.untold_jump import notes_on_untold_jump
 from stickslip.measurement.regime import regime_notes
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
@@ -166,7 +167,7 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
     if sticks and (drift := zero_drift(presmoothed, flanks)):
         friction = friction.with_common_error(o.stiffness * drift.size / 2)
         notes.append(note_on_drift(drift, o.stiffness, units.force))
-    notes += notes_on_late_break_aways(friction, units)
+    notes += notes_on_untold_jump(friction, units) or notes_on_late_break_aways(friction, units)
     if sticks and colour is not None:
         friction = behind_low_pass(friction, sticks, colour, record.step)
         notes += notes_on_low_pass(friction, record.step, units)

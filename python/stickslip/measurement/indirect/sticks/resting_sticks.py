@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from scipy.linalg import LinAlgError
@@ -102,9 +102,22 @@ def resting_candidates(
     return sticks
 
 
-def refine_sticks(
-    model: SlipModel, sticks: list[Stick], span: float, soft: bool | None = None
-) -> tuple[list[Stick], bool]:
+class RefinedSticks(NamedTuple):
+    """Sticks with their limits where the record puts them.
+
+    Attributes
+    ----------
+    sticks : those that the record needs.
+    soft : whether the force does not jump at the break-away.
+    untold : where that was asked, and it does not: by how much later, in s, the sticks usually end if it does.
+    """
+
+    sticks: list[Stick]
+    soft: bool
+    untold: float
+
+
+def refine_sticks(model: SlipModel, sticks: list[Stick], span: float, soft: bool | None = None) -> RefinedSticks:
     """Move the limits of each stick to where the record puts them, and drop sticks the record does not need.
 
     A stretch of at most a quarter of the own period on each side is taken as slip, rest, slip, each joint with its
@@ -112,7 +125,9 @@ def refine_sticks(
     is where its evidence over time is greatest, or the mean of that evidence where the force does not jump and the
     peak is flat and skewed; its error is the spread of the evidence. A stick stays if it is likelier than a slip
     without it by more than its limits cost. Whether the friction force jumps when a stick gives way is decided once for
-    all sticks, by the evidence of those that lie wholly in the record.
+    all sticks, by the evidence of those that lie wholly in the record. A small jump that noise hides is not seen so: a
+    release without one is then placed earlier, where the force is lower by the jump. If friction is constant in motion
+    the release is latest, so the truth lies between the two.
 
     Parameters
     ----------
@@ -120,12 +135,8 @@ def refine_sticks(
         break-aways are `BLUR` samples at least.
     sticks : first guesses.
     span : how far to look on each side of a guess, in s.
-    soft : whether the force jumps at a break-away where that is known already; where it jumps, it is then asked too whether
-        friction falls as the slip speeds up.
-
-    Returns
-    -------
-    sticks, soft : with `soft` if the force does not jump at the break-away.
+    soft : whether the force does not jump at a break-away where that is known already; where it jumps, it is then asked too
+        whether friction falls as the slip speeds up.
     """
     reach = max(natural_period(model.oscillator) / 4, (MARGIN + LATEST) * model.step)
     stretches: list[_OneStick] = []
@@ -139,8 +150,8 @@ def refine_sticks(
     # friction changes fastest just before a capture: of two equally likely cut-offs the stiffer would push it late
     before = replace(model, cutoff=CUTOFF_RATIO * _likeliest(model, stretches, "before"))
 
-    def outcome(joint: Joint, falls: bool) -> tuple[float, list[Stick]]:
-        """Deviance and sticks under the likeliest prior of this kind."""
+    def outcome(joint: Joint, falls: bool) -> tuple[float, list[Stick], Array]:
+        """Deviance and sticks under the likeliest prior of this kind, and the ends of all, also of those not needed."""
         after, total = replace(model, cutoff=_likeliest(model, stretches, joint)), 0.0
         if falls:
             after, total = _falling(after, stretches)
@@ -153,18 +164,21 @@ def refine_sticks(
             total += deviance if one.whole else 0.0
             if found is not None:
                 refined.append(found)
-        return total, refined
+        return total, refined, np.array([one.last for one in stretches if one.whole])
 
+    untold = 0.0
     if soft is None:
         best, other = outcome("hard", False), outcome("soft", False)
         soft = other[0] < best[0]
         if soft:
+            later = best[2] - other[2]
             best = outcome("hard", True)
             soft = other[0] < best[0] + JUMP_DEVIANCE
+            untold = max(float(np.median(later)), 0.0) if soft and later.size else 0.0
         best = other if soft else best
     else:
         best = outcome("soft" if soft else "hard", not soft)
-    return _with_usual_errors(best[1]), soft
+    return RefinedSticks(_with_usual_errors(best[1]), soft, untold)
 
 
 def _with_usual_errors(sticks: list[Stick]) -> list[Stick]:
@@ -292,6 +306,7 @@ class _OneStick:
         self.model, self.stick, self.low, self.high, self.span = model, stick, low, high, span
         self.kept: dict[tuple[Joint, float, float, float, float], Evidence] = {}
         self.first: float | None = None
+        self.last = stick.end
         self.sure = stick.sure and self._sure(stick.end)
         part = slice(*np.searchsorted(model.time, [low, high]))
         self.inside, y, w = model.time[part], model.path[part], model.weight[part] / model.noise**2
@@ -427,7 +442,7 @@ class _OneStick:
 
     def refined(self, soft: bool, before: SlipModel, after: SlipModel) -> tuple[Stick | None, float]:
         """The stick with its limits and errors, or None, and the deviance of the stretch, under these cut-offs."""
-        self.soft, self.before, self.after = soft, before, after
+        self.soft, self.before, self.after, self.last = soft, before, after, self.stick.end
         stick, step = self.stick, self.model.step
         starts, ends = self.positions()
         table = self.values(starts, ends)
@@ -447,6 +462,7 @@ class _OneStick:
             )
             if natural_period(self.model.oscillator) < FEW_PER_PERIOD * step:
                 end_error = math.hypot(end_error, BLUR * step)
+        self.last = end
         best = min(best, self.values(np.array([start]), np.array([end])).item())
         # no slip looks like rest for as long as the free mass takes to swing to and fro
         if (stick.starts or stick.ends) and end - start < natural_period(self.model.oscillator):
