@@ -73,11 +73,12 @@ class Regime(NamedTuple):
     ----------
     kind : a word of `stickslip.simulation.regimes`, or ``"unknown"``.
     doubt : of an unknown kind: ``"noise"`` hides short sticks; or ``"no sticks"`` are seen, and it is slow for as long as in
-        stick-slip; or it is slow for about as long as the ``"limit"`` between the kinds. Else ``""``.
+        stick-slip; or it is slow for about as long as the ``"limit"`` between the kinds; or friction ``"drives"`` it, which
+        is told where it was found. Else ``""``.
     """
 
     kind: str
-    doubt: Literal["", "noise", "no sticks", "limit"] = ""
+    doubt: Literal["", "noise", "no sticks", "limit", "drives"] = ""
 
 
 def regime(

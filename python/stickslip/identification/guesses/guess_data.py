@@ -11,6 +11,7 @@ import pandas as pd
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
+from stickslip.files.units import unit_suffix
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.static.rows import FEWEST_ROWS, break_away_rows, is_relative
 from stickslip.identification.static.static_fit import StaticFrictionFit, fit_static_friction
@@ -159,18 +160,19 @@ def refuse_unreadable(record: FrictionRecord) -> None:
     """Refuse a record whose friction drives, or whose noise is as large as its falls."""
     w, drive = record.slip_velocity[~record.stuck], abs(record.constants.get("drive_velocity", 0.0))
     rests = record.attrs.get("regime") == "at_rest"
+    speed, newton = (unit_suffix(record.units.get(of, "1")) for of in ("slip_velocity", "force"))
     if w.size and (rests or float(np.quantile(np.abs(w), 0.9)) < WITH_DRIVE * drive):
         raise InputError(
             f"{record.name}: the mass goes with the drive throughout (nine tenths of its slip is slower than "
-            f"{float(np.quantile(np.abs(w), 0.9)):.2g}, the drive has {drive:.2g}), so nothing can be said about the "
-            f"friction of slip; static friction is above {float(np.max(np.abs(record.force))):.3g}; take a record in which "
-            "it breaks away"
+            f"{float(np.quantile(np.abs(w), 0.9)):.2g}{speed}, the drive has {drive:.2g}{speed}), so nothing can be said "
+            f"about the friction of slip; static friction is above {float(np.max(np.abs(record.force))):.3g}{newton}; take a "
+            "record in which it breaks away"
         )
     work = float(np.sum((record.force * record.slip_velocity)[~record.stuck]))
     if work < 0:
         path = float(np.sum(np.abs(record.slip_velocity[~record.stuck])))
         raise InputError(
-            f"{record.name}: friction does work on the slip (it is {work / path:.3g} in its sense on average), as no "
+            f"{record.name}: friction does work on the slip (it is {work / path:.3g}{newton} in its sense on average), as no "
             "friction does: check the signs of displacement and drive velocity, and the rest position of the rig"
             f"{_unseen([record])}"
         )
@@ -178,6 +180,6 @@ def refuse_unreadable(record: FrictionRecord) -> None:
     drop = record.break_away["drop"].dropna().to_numpy()
     if drop.size and noise > DROWNED * float(np.median(drop)):
         raise InputError(
-            f"{record.name}: the noise of the instrument is {noise:.3g} in force, and a break-away falls by "
-            f"{np.median(drop):.3g}: where sticks begin and end cannot be determined; record with less noise"
+            f"{record.name}: the noise of the instrument is {noise:.3g}{newton} in force, and a break-away falls by "
+            f"{np.median(drop):.3g}{newton}: where sticks begin and end cannot be determined; record with less noise"
         )

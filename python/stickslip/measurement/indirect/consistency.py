@@ -11,6 +11,7 @@ from stickslip.files.units import unit_suffix
 from stickslip.measurement.indirect.force import Friction, likeliest_inertia, restoring_excess
 from stickslip.measurement.indirect.sticks.resting_sticks import BLUR, FEW_PER_PERIOD
 from stickslip.measurement.read import Record
+from stickslip.measurement.regime import PARTS
 from stickslip.measurement.rigs.rig import Rig, RigUnits
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import Presmoothed, natural_period
@@ -27,6 +28,9 @@ SWING_OFF, SWING_ERRORS = 0.02, 4.0
 """Part by which the frequency of the slips must lie from sqrt(k/m)/2pi to be named, and standard errors."""
 TRAVELS, LONG = 0.1, 5.0
 """A position that moves on with the drive, to that part, for more periods of the free mass is no stretch of a spring."""
+DRIVING_ERRORS, DRIVING_PART = 3.0, 0.25
+"""Friction does work on the slip where its mean is below zero by so many standard errors, and by that part of the spring's
+swing."""
 RISES = 30.0
 """No mass that a drive drags along rises so many times faster than the drive."""
 
@@ -87,6 +91,30 @@ def notes_on_overtaking(friction: Friction, rate_error: float) -> list[str]:
         f"{-float(friction.slip_velocity.min()) / drive:.2g} V: w < 0 there, or a unit, a sign or the drive_velocity of the "
         "rig is wrong"
     ]
+
+
+def driving_friction(friction: Friction, units: RigUnits) -> str:
+    """What is said of friction that drives the slip, as of a force or a position with the wrong sign; else nothing.
+
+    Over a whole motion the mean friction is the mean force of the spring, whatever swings or is forced to swing, and its
+    power is that times V less what the damping takes. A record of the right sign that was recorded without its mean can
+    have a power just below zero by that damping. So the mean of the force must be below zero too, by more than it scatters
+    over eighths of the record, and by a part of the swing of the spring.
+    """
+    w, force = friction.slip_velocity, friction.force
+    path = float(np.sum(np.abs(w)))
+    resists = float(np.sum(force * w)) / path if path > 0 else 0.0
+    means = [float(np.mean(part)) for part in np.array_split(force, PARTS)]
+    error = math.hypot(float(np.std(means, ddof=1)) / math.sqrt(PARTS), friction.common)
+    swing = friction.fit.oscillator.stiffness * float(np.std(friction.extension))
+    if not max(resists, float(np.mean(force))) < -max(DRIVING_ERRORS * error, DRIVING_PART * swing):
+        return ""
+    return (
+        "the kind of motion cannot be determined: friction does work on the slip (it is "
+        f"{resists:.3g}{unit_suffix(units.force)} in its sense on average), as no friction does; no sticks were taken: turn "
+        "the sign of the recorded force or position (rig: scale, negative), or correct the reading at which the spring is "
+        "slack (rig: rest)"
+    )
 
 
 def notes_on_stated_noise(friction: Friction, record: Record, rig: Rig) -> list[str]:

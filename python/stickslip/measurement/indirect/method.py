@@ -24,6 +24,7 @@ from stickslip.measurement.disturbances.zero_drift import note_on_drift, zero_dr
 from stickslip.measurement.disturbances.zero_jump import ZeroJump, note_on_jumps, zero_error
 from stickslip.measurement.indirect.consistency import (
     check_rise,
+    driving_friction,
     notes_on_few_samples,
     notes_on_inertia,
     notes_on_overtaking,
@@ -44,9 +45,9 @@ from stickslip.measurement.indirect.sticks.creeping_sticks import creep_delay
 from stickslip.measurement.indirect.sticks.resting_sticks import BLUR
 from stickslip.measurement.indirect.sticks.stick import Stick, ends_of
 from stickslip.measurement.indirect.sticks.stick_slopes import stick_slope
-from stickslip.measurement.read import LEAST_SAMPLES, Record
 from stickslip.measurement.indirect.untold_jump import notes_on_untold_jump
-from stickslip.measurement.regime import regime_notes
+from stickslip.measurement.read import LEAST_SAMPLES, Record
+from stickslip.measurement.regime import Regime, regime_notes
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.piecewise_fit import OscillatorConstants
 from stickslip.measurement.signals.presmooth import natural_period, presmooth
@@ -134,11 +135,15 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
     stated = replace(stated, flanks=flanks, resting=resting)
     draft, why = (stated, []) if slope is None else recalibrated(stated, slope, trial, rig)
     friction, sticks, slow, found = fit_draft(draft)
+    # on one mass of several the others pull as well
+    driving = driving_friction(friction, units) if alone else ""
+    if driving:
+        found = Regime("unknown", "drives")
     if found.kind != "stick_slip" and (sticks or draft is not stated):
         # What is not surely stick-slip has no sticks, and so nothing by which to correct the rig.
         why = [] if draft is not stated else why
         friction, sticks, slow, _ = fit_draft(stated, sticking=False)
-    if not sticks:
+    if not sticks and not driving:
         why = [*another_drive_velocity(stated, rig), *why]
     if ripple is not None:
         friction = ripple.returned(friction, sticks)
@@ -180,7 +185,7 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
         if not levels.size or o.drive_velocity * late > FELT * float(np.std(levels)):
             friction = friction.with_late_error(late)
     cycles, per_period = len(flanks.limits), natural_period(o) / record.step
-    notes += regime_notes(found, slow, stated.blur, resting, len(sticks), cycles, per_period)
+    notes += [driving] if driving else regime_notes(found, slow, stated.blur, resting, len(sticks), cycles, per_period)
     line = draft.line(friction.slip_acceleration)
     # the pull of other masses has its own lines; of steady slip there is noise
     if alone and found.kind not in ("stable_slip", "at_rest"):
