@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
+from stickslip.dynamics.equilibria.hopf_points import hopf_points
 from stickslip.dynamics.periodic.derivatives import sensitivities
-from stickslip.dynamics.periodic.equilibria import hopf_points
 from stickslip.identification import friction_of_orbit, identify
 from stickslip.laws import (
     Asymmetric,

@@ -14,8 +14,9 @@ import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.dynamics.critical import branch_search, runs
 from stickslip.dynamics.critical.end_of_run import EndOfRun
+from stickslip.dynamics.equilibria.hopf_points import hopf_points
+from stickslip.dynamics.equilibria.steady_slip import stability, steady_slip
 from stickslip.dynamics.periodic.derivatives import sensitivities
-from stickslip.dynamics.periodic.equilibria import hopf_points, stability, steady_slip
 from stickslip.errors import UnfinishedWarning
 from stickslip.simulation import time_limit
 

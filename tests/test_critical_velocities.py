@@ -19,7 +19,8 @@ from stickslip.dynamics.continuation.branch import Branch
 from stickslip.dynamics.critical import branch_search, runs
 from stickslip.dynamics.critical.critical_velocities import CriticalVelocities
 from stickslip.dynamics.critical.vanishing import vanishing
-from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
+from stickslip.dynamics.equilibria.hopf_points import hopf_points
+from stickslip.dynamics.equilibria.steady_slip import steady_slip
 from stickslip.errors import UnfinishedWarning
 from stickslip.simulation import time_limit
 

@@ -7,7 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
-from stickslip.dynamics.periodic.equilibria import SteadySlip, criticality, hopf_points, steady_slip
+from stickslip.dynamics.equilibria.criticality import criticality
+from stickslip.dynamics.equilibria.hopf_points import hopf_points
+from stickslip.dynamics.equilibria.steady_slip import SteadySlip, steady_slip
 from stickslip.dynamics.periodic.event_sequence import with_number
 
 SPEED = "/drive_velocity"

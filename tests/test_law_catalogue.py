@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import stickslip as ss
-from stickslip.dynamics.periodic.equilibria import steady_slip
+from stickslip.dynamics.equilibria.steady_slip import steady_slip
 from stickslip.laws import Law
 from stickslip.model.parameters import document_of, varied
 

@@ -306,7 +306,7 @@ def test_a_normal_force_is_a_table_of_a_system_file_with_units(tmp_path):
 
 def test_steady_slip_under_a_load_that_varies():
     """k x = (1 + κ x) f(s) + G. Small disturbances feel D + n f′ + f γ and the stiffness k − κ f."""
-    from stickslip.dynamics.periodic.equilibria import steady_slip
+    from stickslip.dynamics.equilibria.steady_slip import steady_slip
 
     law, s, kappa, gamma = ss.laws.Rational(1.0, 0.4), 1.5, 0.3, 0.2
     n = ss.NormalForce(position=kappa, velocity=gamma)

@@ -9,7 +9,9 @@ import pytest
 from scipy.optimize import brentq
 
 import stickslip as ss
-from stickslip.dynamics.periodic.equilibria import criticality, hopf_points, steady_slip
+from stickslip.dynamics.equilibria.criticality import criticality
+from stickslip.dynamics.equilibria.hopf_points import hopf_points
+from stickslip.dynamics.equilibria.steady_slip import steady_slip
 from stickslip.laws import ExponentialStribeck, PiecewisePolynomial, smooth_from_function
 
 SPEED = "/drive_velocity"

@@ -66,9 +66,9 @@ def parse_range(option: str, text: str) -> tuple[str, tuple[float, float]]:
 def run(options: argparse.Namespace) -> None:
     from dataclasses import replace
 
+    from stickslip.dynamics.continuation.bifurcation_conditions import BY_MULTIPLIERS
     from stickslip.dynamics.continuation.branch_switching import switch_branch
     from stickslip.dynamics.continuation.branches import continuation
-    from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS
     from stickslip.dynamics.continuation.loci import Locus, locus, together
     from stickslip.dynamics.periodic.event_sequence import check
     from stickslip.files.netcdf import write_netcdf

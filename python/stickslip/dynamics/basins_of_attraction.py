@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from stickslip.dynamics.regime_maps import map_plan
 from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.tasks import Plan, Progress, compute
+from stickslip.errors import positive, whole_number
 from stickslip.files.arrays import AnyArray
-from stickslip.files.checks import positive, whole_number
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.attractor import ATTRACTOR, alike
 

@@ -16,8 +16,7 @@ from stickslip import _core
 from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.sweep import Chunk, Look, Start, start_of
 from stickslip.dynamics.tasks import Plan, Progress, Variable, compute, fingerprint, motion_variables, provenance
-from stickslip.errors import InputError
-from stickslip.files.checks import whole_number
+from stickslip.errors import InputError, whole_number
 from stickslip.model.parameters import document_of, grid, path_in
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.state_orbit import state_laws_of

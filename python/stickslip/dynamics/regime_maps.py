@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike
 from stickslip.dynamics.surface import Surface
 from stickslip.dynamics.sweep import Chunk, Look, start_of
 from stickslip.dynamics.tasks import Plan, Progress, compute, fingerprint, motion_variables, provenance
-from stickslip.errors import InputError
-from stickslip.files.checks import number
+from stickslip.errors import InputError, number
 from stickslip.model.parameters import document_of, grid, path_in
 from stickslip.model.system import Oscillator, System
 

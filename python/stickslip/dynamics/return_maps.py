@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, whole_number
+from stickslip.errors import InputError, did_you_mean, whole_number
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.system import Oscillator
 

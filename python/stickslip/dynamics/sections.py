@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.dynamics.surface import Surface, surface_from
-from stickslip.errors import InputError
+from stickslip.errors import InputError, fraction, number, time_limit, whole_number
 from stickslip.files.arrays import Array
-from stickslip.files.checks import fraction, number, time_limit, whole_number
 from stickslip.model.drive import Drive
 from stickslip.model.parameters import contact_of, initial_state, is_dimensionless
 from stickslip.model.system import Oscillator, System

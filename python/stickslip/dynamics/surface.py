@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, number
+from stickslip.errors import InputError, did_you_mean, number
 from stickslip.model.system import Oscillator, System
 
 #: Sections by a word, beside the kinds of events.

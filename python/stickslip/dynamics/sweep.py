@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.dynamics.surface import Surface, forcing_frequency, surface_from, usual_surface
-from stickslip.errors import InputError
+from stickslip.errors import InputError, number
 from stickslip.files.arrays import AnyArray
-from stickslip.files.checks import number
 from stickslip.model.parameters import contact_of, initial_state, varied
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.integration import integrate

@@ -27,9 +27,8 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.dynamics.sweep import COUNTS, MEANINGS, NUMBERS, WORDS, Chunk, Look, Start
-from stickslip.errors import InputError, UnfinishedWarning
+from stickslip.errors import InputError, UnfinishedWarning, fits, whole_number
 from stickslip.files.arrays import AnyArray
-from stickslip.files.checks import fits, whole_number
 from stickslip.files.disk import draft_of
 from stickslip.files.progress import waiting
 from stickslip.model.parameters import is_dimensionless

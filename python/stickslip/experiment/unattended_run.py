@@ -15,11 +15,10 @@ from contextlib import closing, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, did_you_mean, number
 from stickslip.experiment.experiment import Experiment, is_named
 from stickslip.experiment.joint_results import common_units, write_joint_results
 from stickslip.experiment.record_results import measured_record
-from stickslip.files.checks import did_you_mean, number
 from stickslip.files.disk import make_folder, read_toml
 from stickslip.files.worker_processes import worker_processes
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+
+T = TypeVar("T")
 
 
 class ByContent:
@@ -38,3 +41,27 @@ def alike(one: Any, other: Any) -> bool:
     if is_dataclass(one):
         return all(alike(getattr(one, item.name), getattr(other, item.name)) for item in fields(one) if item.compare)
     return bool(one == other) or (one != one and other != other)
+
+
+def each_once(
+    records: Iterable[T], alike: Callable[[T, T], bool], name: Callable[[T], str], add: Callable[[T, str], T]
+) -> list[T]:
+    """The records without those that hold the samples of another: counted twice they would make errors too small.
+
+    Parameters
+    ----------
+    alike : whether two hold the same samples; name : of a record.
+    add : a record with a note more; the first of those that are alike gets one.
+
+    >>> each_once(["a", "b", "A"], lambda one, other: one == other.lower(), str, lambda one, note: f"{one} ({note})")
+    ['a (A holds the same samples: they count once)', 'b']
+    """
+    kept: list[T] = []
+    for record in records:
+        for i, one in enumerate(kept):
+            if alike(one, record):
+                kept[i] = add(one, f"{name(record)} holds the same samples: they count once")
+                break
+        else:
+            kept.append(record)
+    return kept

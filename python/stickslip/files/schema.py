@@ -18,8 +18,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, number
+from stickslip.errors import InputError, did_you_mean, number
 from stickslip.files.disk import read_toml, toml_table
 from stickslip.files.notebook import InNotebook, shortened
 from stickslip.files.units import FARTHEST, quantity, si_unit

@@ -6,8 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 
-from stickslip.errors import InputError
-from stickslip.files.checks import number
+from stickslip.errors import InputError, number
 
 FARTHEST = 1e100
 """Larger numbers overflow when they are squared; no instrument gives them in any unit, and no rig has them."""

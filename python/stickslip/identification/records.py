@@ -14,8 +14,8 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array, Mask
-from stickslip.files.checks import each_once
 from stickslip.files.disk import toml_table
+from stickslip.files.equality import each_once
 from stickslip.files.netcdf import read_tree
 from stickslip.files.notebook import InNotebook
 from stickslip.measurement.result import stated_notes

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean
+from stickslip.errors import InputError, did_you_mean
 from stickslip.identification.guesses.first_guess import GUESSES
 from stickslip.laws import Combined, Law
 

@@ -9,8 +9,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.errors import InputError
-from stickslip.files.checks import number
+from stickslip.errors import InputError, number
 from stickslip.identification.trajectory.first_passage import own_number
 from stickslip.laws.numbers import value, with_values
 from stickslip.model.system import Oscillator

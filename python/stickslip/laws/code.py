@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from stickslip._core import __version__
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, number, positive
+from stickslip.errors import InputError, did_you_mean, number, positive
 from stickslip.laws.law import Law, force_along
 from stickslip.laws.state_law import StateLaw
 from stickslip.laws.tabulation import from_function

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, numbers, whole_number
+from stickslip.errors import InputError, did_you_mean, numbers, whole_number
 from stickslip.files.disk import read_toml, write_text
 from stickslip.files.schema import Document, check_keys, complete, kind_of
 from stickslip.files.schema import Point as Point

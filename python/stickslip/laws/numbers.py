@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean
+from stickslip.errors import InputError, did_you_mean
 from stickslip.files.units import unit_of
 from stickslip.laws.declarations import Number
 

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, positive
 from stickslip.files.arrays import Array
-from stickslip.files.checks import positive
 from stickslip.laws.piecewise_polynomial import PiecewisePolynomial
 from stickslip.laws.tabulation import evaluate, table, uneven
 

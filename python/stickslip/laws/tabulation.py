@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, number, positive
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number, positive
 from stickslip.laws.piecewise_linear import PiecewiseLinear
 
 #: The share of the error that goes to sampling.

@@ -1,4 +1,4 @@
-"""Two branches: slip velocity rising and falling."""
+"""Two piecewise-linear branches: slip velocity rising and falling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The arrow from a record and its rig to a friction record."""
+"""The arrow from a record and its rig to a friction record; the force itself is computed in `indirect/force.py`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.checks import each_once
+from stickslip.files.equality import each_once
 from stickslip.measurement.indirect.break_away_table import break_aways
 from stickslip.measurement.indirect.method import Measured, measure_indirectly
 from stickslip.measurement.instruments import INSTRUMENTS, InstrumentRig

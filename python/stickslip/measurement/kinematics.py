@@ -15,9 +15,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.errors import InputError, did_you_mean
 from stickslip.files.arrays import Array
-from stickslip.files.checks import did_you_mean
 from stickslip.measurement.indirect.method import measure_indirectly
 from stickslip.measurement.instruments import InstrumentRig
 from stickslip.measurement.masses import masses_of, opened

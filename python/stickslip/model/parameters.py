@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, numbers, whole_number
+from stickslip.errors import InputError, did_you_mean, numbers, whole_number
 from stickslip.model.system import Oscillator, System, paths_of, system_from_dict, usual_name
 
 #: Names of a start: position and velocity, for a system of masses with the number of the mass, ``x0.1``.

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
-from stickslip.errors import InputError
-from stickslip.files.checks import number
+from stickslip.errors import InputError, number
 from stickslip.files.schema import Document, kinds
 from stickslip.files.units import TEXTS
 from stickslip.laws.law import Law

@@ -13,8 +13,7 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy as np
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import whole_number
+from stickslip.errors import InputError, whole_number
 from stickslip.files.schema import Convert, Document, Kind, Limits, Point, Says
 from stickslip.files.units import TEXTS, quantity
 from stickslip.laws.law import Law

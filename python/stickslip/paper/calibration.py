@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean
+from stickslip.errors import InputError, did_you_mean
 from stickslip.laws import BogaczRyczek, StaticFriction
 from stickslip.model.drive import Harmonic
 from stickslip.model.system import Oscillator

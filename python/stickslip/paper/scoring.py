@@ -84,8 +84,7 @@ def score(
     >>> score(only=("amplitude-falls",))["verdict"].item()
     'reproduced'
     """
-    from stickslip.errors import InputError
-    from stickslip.files.checks import did_you_mean
+    from stickslip.errors import InputError, did_you_mean
 
     known = {claim.id: claim for claim in CLAIMS}
     for name in only or ():

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, fits, fraction, number, time_limit, whole_number
+from stickslip.errors import InputError, did_you_mean, fits, fraction, number, time_limit, whole_number
 from stickslip.model.parameters import axis_of, document_of, path_in
 from stickslip.model.system import Oscillator, System
 

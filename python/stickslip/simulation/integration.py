@@ -12,8 +12,7 @@ from scipy.integrate import OdeSolution
 from scipy.optimize import brentq
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean, number, positive, whole_number
+from stickslip.errors import InputError, did_you_mean, number, positive, whole_number
 from stickslip.laws.state_law import StateLaw
 from stickslip.model.drive import Drive
 from stickslip.model.parameters import initial_state

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import fraction
+from stickslip.errors import InputError, fraction
 from stickslip.files.equality import alike
 from stickslip.files.netcdf import read_tree, write_netcdf
 from stickslip.files.notebook import InNotebook

@@ -5,8 +5,7 @@ from __future__ import annotations
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import number, time_limit, whole_number
+from stickslip.errors import InputError, number, time_limit, whole_number
 from stickslip.model.parameters import initial_state
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit

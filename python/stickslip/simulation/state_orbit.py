@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip import _core
-from stickslip.errors import InputError
-from stickslip.files.checks import number, numbers
+from stickslip.errors import InputError, number, numbers
 from stickslip.files.equality import alike
 from stickslip.files.netcdf import write_netcdf
 from stickslip.laws.state_law import StateLaw

@@ -6,7 +6,7 @@ import math
 import time
 from dataclasses import dataclass
 
-from stickslip.files.checks import time_limit
+from stickslip.errors import time_limit
 
 
 class TimeIsUp(Exception):

@@ -26,8 +26,8 @@ from stickslip.tracking.finding.template import find_templates
 from stickslip.tracking.finding.window import WindowedFinder
 from stickslip.tracking.linking import Track, find_markers
 from stickslip.tracking.motion import motion_dataset, save_motion
-from stickslip.tracking.positions.camera import without_shake, without_shutter
 from stickslip.tracking.positions.meetings import separate
+from stickslip.tracking.positions.shake_and_shutter import without_shake, without_shutter
 from stickslip.tracking.positions.size_changes import hidden
 from stickslip.tracking.positions.standard_errors import errors_from_scatter, errors_from_surroundings
 from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calibration

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
-from stickslip.errors import InputError
-from stickslip.files.checks import number
+from stickslip.errors import InputError, number
 from stickslip.files.disk import read_toml
 from stickslip.files.schema import Document, Kind, Limits, Positive, Says, check_keys, kinds
 from stickslip.tracking.finding.response_map import check_marker

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, number
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number
 from stickslip.tracking.motion import motion_dataset
 from stickslip.tracking.scale.calibration import Calibration, Lens
 from stickslip.tracking.setup import Setup

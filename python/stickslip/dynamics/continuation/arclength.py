@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.dynamics.continuation.conditions import determinant, gradient
+from stickslip.dynamics.continuation.bifurcation_conditions import determinant, gradient
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, EventSequence, with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost, newton
 from stickslip.dynamics.periodic.poincare_map import Return, inconsistency, moved, multipliers_of, return_of

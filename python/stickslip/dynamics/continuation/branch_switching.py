@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, consistent, corrected, evaluate
+from stickslip.dynamics.continuation.bifurcation_conditions import PARAMETER
 from stickslip.dynamics.continuation.branch import Branch, Branches, SpecialPoint
-from stickslip.dynamics.continuation.conditions import PARAMETER
 from stickslip.dynamics.continuation.switching_boundaries import beyond
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.periodic.event_sequence import pointer

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, corrected_at
+from stickslip.dynamics.continuation.bifurcation_conditions import PARAMETER
 from stickslip.dynamics.continuation.branch import (
     COLUMNS,
     Branch,
@@ -24,12 +25,12 @@ from stickslip.dynamics.continuation.branch import (
     same_motion,
 )
 from stickslip.dynamics.continuation.coexistence import other_motions
-from stickslip.dynamics.continuation.conditions import PARAMETER
 from stickslip.dynamics.continuation.cycle_at_hopf_point import born
 from stickslip.dynamics.continuation.state_branches import StateWalk
 from stickslip.dynamics.continuation.walk import Walk
+from stickslip.dynamics.equilibria.hopf_points import hopf_points
+from stickslip.dynamics.equilibria.steady_slip import steady_slip
 from stickslip.dynamics.periodic.closed_orbit import Cycle
-from stickslip.dynamics.periodic.equilibria import hopf_points, steady_slip
 from stickslip.dynamics.periodic.event_sequence import check, pointer, read, with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.periodic_orbits import (
@@ -42,8 +43,7 @@ from stickslip.dynamics.periodic.periodic_orbits import (
 )
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import StateCycle
-from stickslip.errors import InputError, Interrupted, UnfinishedWarning
-from stickslip.files.checks import number, whole_number
+from stickslip.errors import InputError, Interrupted, UnfinishedWarning, number, whole_number
 from stickslip.files.progress import waiting
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
@@ -92,9 +92,8 @@ def continuation(
 
     Returns
     -------
-    Branches, with a warning where steady slip is unstable and no other motion is found. A closed curve ends where it meets
-    its first point again, one of twice the period at the flip it comes from;
-    ``ends`` of each says why.
+    Branches, with a warning where steady slip is unstable and `seeds` find no other motion. A closed curve ends where it
+    meets its first point again, one of twice the period at the flip it comes from; ``ends`` of each says why.
 
     Raises
     ------
@@ -152,7 +151,9 @@ def continuation(
         raise InputError("continuation: no motion to start from was found within max_seconds; raise max_seconds")
     if not branches:
         raise InputError("continuation: no periodic motion to start from: give a guess (x, v) near one")
-    _warn_of_the_unseen(branches, others, late)
+    if seeds:
+        _warn_of_the_unfound(branches, others)
+    _warn_of_cuts(branches, late)
     return Branches(system, parameter, (low, high), tuple(branches), tuple(others))
 
 
@@ -236,8 +237,8 @@ def _others(
     return left
 
 
-def _warn_of_the_unseen(branches: list[Branch], others: list[OtherMotion], late: int) -> None:
-    """Say what goes on beyond the limits, and where a motion must be that was not found."""
+def _warn_of_the_unfound(branches: list[Branch], others: list[OtherMotion]) -> None:
+    """Say where a motion must be that was looked for and not found."""
     steady = branches[0]
     unstable = [value for value, stable in zip(steady.values, steady.stable, strict=True) if stable is False]
     if steady.kind == "steady_slip" and unstable and len(branches) == 1 and not others:
@@ -246,6 +247,10 @@ def _warn_of_the_unseen(branches: list[Branch], others: list[OtherMotion], late:
             "left for was not found: raise seeds or starts, or give a guess (x, v)"
         )
         warnings.warn(sentence, UnfinishedWarning, stacklevel=3)
+
+
+def _warn_of_cuts(branches: list[Branch], late: int) -> None:
+    """Say what goes on beyond the limits."""
     for limit in ("most", "max_seconds"):
         cut = sum(branch.cut == limit for branch in branches)
         unseen = late if limit == "max_seconds" else 0

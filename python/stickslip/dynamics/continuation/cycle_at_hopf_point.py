@@ -1,4 +1,4 @@
-"""The cycle that is born at a Hopf point of steady slip, stable or not."""
+"""The cycle that is born at a Hopf point of steady slip, stable or not. The points: `equilibria/hopf_points.py`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, corrected
-from stickslip.dynamics.periodic.equilibria import fastest_drive, steady_slip
+from stickslip.dynamics.equilibria.steady_slip import fastest_drive, steady_slip
 from stickslip.dynamics.periodic.event_sequence import EventSequence
 from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.periodic_orbits import amplitude, find, finished

@@ -22,16 +22,15 @@ from stickslip.dynamics.continuation.arclength import (
     trace,
     turns,
 )
+from stickslip.dynamics.continuation.bifurcation_conditions import BY_MULTIPLIERS, root, second_conditions, zeros
 from stickslip.dynamics.continuation.branch import SpecialPoint, extremes, first_of
-from stickslip.dynamics.continuation.conditions import BY_MULTIPLIERS, root, second_conditions, zeros
 from stickslip.dynamics.continuation.switching_boundaries import name_of, worst
-from stickslip.dynamics.periodic.equilibria import steady_slip
+from stickslip.dynamics.equilibria.steady_slip import steady_slip
 from stickslip.dynamics.periodic.event_sequence import pointer, read, with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit, one_period, unchecked
-from stickslip.errors import InputError, Interrupted
+from stickslip.errors import InputError, Interrupted, number
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.arclength import CurveEnd, ShorterStep, StepSize, trace, turns
+from stickslip.dynamics.continuation.bifurcation_conditions import TESTS, zeros
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_ways_of, range_of
-from stickslip.dynamics.continuation.conditions import TESTS, zeros
 from stickslip.dynamics.periodic.event_sequence import read, with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost, newton
 from stickslip.dynamics.periodic.poincare_map import forcing_period

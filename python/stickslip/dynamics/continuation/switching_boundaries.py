@@ -19,8 +19,8 @@ from stickslip.dynamics.continuation.arclength import (
     corrected_at,
     labels,
 )
+from stickslip.dynamics.continuation.bifurcation_conditions import PARAMETER
 from stickslip.dynamics.continuation.branch import extremes
-from stickslip.dynamics.continuation.conditions import PARAMETER
 from stickslip.dynamics.periodic.event_sequence import BOUNDARIES, SECTION, EventSequence, with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.periodic_orbits import find, one_period

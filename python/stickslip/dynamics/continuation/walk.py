@@ -28,12 +28,12 @@ from stickslip.dynamics.continuation.arclength import (
     trace,
     turns,
 )
+from stickslip.dynamics.continuation.bifurcation_conditions import TESTS, root, zeros
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of, same_motion
-from stickslip.dynamics.continuation.conditions import TESTS, root, zeros
 from stickslip.dynamics.continuation.period_halving import period_halving
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
+from stickslip.dynamics.equilibria.steady_slip import fastest_drive
 from stickslip.dynamics.periodic.closed_orbit import Cycle
-from stickslip.dynamics.periodic.equilibria import fastest_drive
 from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.periodic_orbits import finished, one_period, unchecked
 from stickslip.dynamics.periodic.poincare_map import Return, size_of

@@ -10,8 +10,7 @@ import numpy as np
 import pandas as pd
 
 from stickslip.dynamics.critical.critical_velocities import critical_velocities
-from stickslip.errors import InputError
-from stickslip.files.checks import whole_number
+from stickslip.errors import InputError, whole_number
 from stickslip.files.progress import waiting_by_stage
 from stickslip.model.system import Oscillator, System
 

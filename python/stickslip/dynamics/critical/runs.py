@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.continuation.branch import SpecialPoint
 from stickslip.dynamics.critical.end_of_run import EndOfRun, end_of_run, rest
-from stickslip.dynamics.periodic.equilibria import steady_slip
+from stickslip.dynamics.equilibria.steady_slip import steady_slip
 from stickslip.dynamics.periodic.event_sequence import with_number
 from stickslip.files.progress import waiting_by_stage
 from stickslip.model.system import Oscillator, System

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.critical.confirmation import Sides, sides_of
 from stickslip.dynamics.critical.end_of_run import EndOfRun
 from stickslip.dynamics.critical.runs import LONGEST, PATH, Monitor, Run
-from stickslip.dynamics.periodic.equilibria import stability
+from stickslip.dynamics.equilibria.steady_slip import stability
 from stickslip.dynamics.periodic.event_sequence import with_number
 from stickslip.model.system import Oscillator, System
 

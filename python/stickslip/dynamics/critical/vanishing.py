@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.dynamics.continuation.arclength import Family, Point, axis, corrected
-from stickslip.dynamics.continuation.conditions import PARAMETER
+from stickslip.dynamics.continuation.bifurcation_conditions import PARAMETER
 from stickslip.dynamics.periodic.event_sequence import EventSequence
 from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.periodic_orbits import finished

@@ -11,9 +11,8 @@ import numpy as np
 from stickslip.dynamics.periodic.event_sequence import check_one, with_number
 from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit, event_cycle, finished, from_section
 from stickslip.dynamics.periodic.poincare_map import forcing_period, once
-from stickslip.errors import InputError
+from stickslip.errors import InputError, number, whole_number
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number, whole_number
 from stickslip.model.parameters import document_of, path_in
 from stickslip.model.system import Oscillator, system_from_dict
 from stickslip.simulation.simulate import simulate

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.dynamics.periodic.event_sequence import EventSequence, check, pointer
-from stickslip.errors import InputError
-from stickslip.files.checks import number
+from stickslip.errors import InputError, number
 from stickslip.model.system import System
 from stickslip.simulation.orbit import Orbit
 

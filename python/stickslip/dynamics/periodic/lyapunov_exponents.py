@@ -16,8 +16,7 @@ from stickslip.dynamics.periodic.periodic_orbits import unlike
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import sizes_of
 from stickslip.dynamics.periodic.state_flow import StateFlow
-from stickslip.errors import InputError
-from stickslip.files.checks import fraction, number
+from stickslip.errors import InputError, fraction, number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System

@@ -15,9 +15,8 @@ from stickslip.dynamics.periodic.derivatives import fundamental_matrix
 from stickslip.dynamics.periodic.periodic_orbits import PeriodicOrbit, from_section
 from stickslip.dynamics.sections import points_of
 from stickslip.dynamics.surface import Surface
-from stickslip.errors import InputError
+from stickslip.errors import InputError, number, positive
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number, positive
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.drive import Drive

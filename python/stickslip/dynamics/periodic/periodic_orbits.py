@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from stickslip import _core
 from stickslip.dynamics.critical.scales import reach
+from stickslip.dynamics.equilibria.steady_slip import fastest_drive
 from stickslip.dynamics.periodic.closed_orbit import NO_RETURN, STEADY, Cycle
-from stickslip.dynamics.periodic.equilibria import fastest_drive
 from stickslip.dynamics.periodic.event_sequence import HOLD, SECTION, STATE, STICK, EventSequence, check, layout_of
 from stickslip.dynamics.periodic.poincare_map import (
     Return,
@@ -27,8 +27,7 @@ from stickslip.dynamics.periodic.poincare_map import (
     size_of,
     undecided,
 )
-from stickslip.errors import InputError
-from stickslip.files.checks import number, whole_number
+from stickslip.errors import InputError, number, whole_number
 from stickslip.model.drive import Drive, NormalForce
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.orbit import Orbit

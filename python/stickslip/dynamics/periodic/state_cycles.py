@@ -13,9 +13,8 @@ from stickslip.dynamics.periodic.closed_orbit import NO_RETURN, STEADY, Cycle
 from stickslip.dynamics.periodic.newton_iteration import newton
 from stickslip.dynamics.periodic.poincare_map import eigenvalues, forcing_period
 from stickslip.dynamics.periodic.state_flow import StateFlow
-from stickslip.errors import InputError
+from stickslip.errors import InputError, number, whole_number
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number, whole_number
 from stickslip.model.system import Oscillator
 from stickslip.simulation.integration import integrate
 from stickslip.simulation.state_orbit import StateLayout, StateOrbit, state_laws_of

@@ -13,9 +13,8 @@ import pandas as pd
 from scipy.optimize import nnls
 from scipy.special import ndtr, stdtrit
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, number
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.identification.estimator.residual_statistics import correlation_time, robust_scale

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 
-from stickslip.files.checks import number
+from stickslip.errors import number
 from stickslip.identification.kinetic.replayed_motion import velocity_noise
 from stickslip.identification.records import FrictionRecord
 from stickslip.measurement.indirect.sticks.creeping_sticks import creeping_sticks

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean
+from stickslip.errors import InputError, did_you_mean
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.records import check_same_units, some_of, tree_of
 from stickslip.identification.steady.curves import ONE_SPEED, SHAPES, Rows, SteadyFit, forms_of

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, fraction, number, whole_number
 from stickslip.files.arrays import Array
-from stickslip.files.checks import fraction, number, whole_number
 from stickslip.files.progress import waiting_by_stage
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.estimator.uncertainty import Inseparable

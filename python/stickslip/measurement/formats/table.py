@@ -9,9 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, did_you_mean
 from stickslip.files.arrays import Array
-from stickslip.files.checks import did_you_mean
 from stickslip.files.units import contradicts, of_other_kinds, unit_in_name
 
 

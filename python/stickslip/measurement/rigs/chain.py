@@ -11,9 +11,8 @@ import numpy as np
 import tomli_w
 import xarray as xr
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, number
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number
 from stickslip.measurement.rigs.rig import Rig
 
 EACH = ("mass", "drive_velocity", "rest", "noise", "effective_mass")

@@ -6,8 +6,7 @@ import copy
 from pathlib import Path
 from typing import Any
 
-from stickslip.errors import InputError
-from stickslip.files.checks import did_you_mean
+from stickslip.errors import InputError, did_you_mean
 from stickslip.files.disk import read_toml
 from stickslip.files.schema import complete
 from stickslip.measurement.instruments import INSTRUMENTS as OTHERS

@@ -1,4 +1,4 @@
-"""From pixels to metres: scale, rotation, lens, a curved scale along an axis, a plane seen at an angle."""
+"""From pixels to metres: scale, rotation, lens distortion, a curved scale along an axis, a plane seen at an angle."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, number, whole_number
 from stickslip.files.arrays import Array
-from stickslip.files.checks import number, whole_number
 from stickslip.files.median_deviation import MAD_TO_SIGMA
 from stickslip.files.schema import check_keys
 from stickslip.tracking.scale.ruler import find_marks

@@ -1,4 +1,4 @@
-"""What the camera does to positions: it shakes, exposes for some time, and reads row after row."""
+"""What the camera does to positions: it shakes, exposes, reads row after row. Its lens is in `scale/calibration.py`."""
 
 from __future__ import annotations
 

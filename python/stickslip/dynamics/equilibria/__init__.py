@@ -1,0 +1,1 @@
+"""Steady slip, its stability, and the Hopf points where that changes."""
