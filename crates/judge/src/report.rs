@@ -1,7 +1,9 @@
 //! What the engine says of a run: the only place that knows its types.
 
 use serde_json::Value;
+use stickslip::lanes::{LaneMotion, OnEvent, Width, forward, goes_in_lanes};
 use stickslip::mode::Kind;
+use stickslip::orbit::{Orbit, Record};
 use stickslip::oscillator::Oscillator;
 use stickslip::system::System;
 use stickslip::{network, simulate};
@@ -109,7 +111,32 @@ fn patience() -> impl FnMut() -> bool {
     }
 }
 
-/// Let the engine run a case; `series`: on Taylor series also where there is a closed form.
+/// The same run in lanes, and from where it leaves them by the engine of single motions.
+fn in_lanes(mut orbit: Orbit) -> Result<Orbit, String> {
+    let (oscillator, run) = (orbit.oscillator.clone(), orbit.run);
+    orbit.segments.truncate(1);
+    orbit.events.clear();
+    let mut motions = [LaneMotion::new(&oscillator, run, None)];
+    let on_event: OnEvent = &mut |_, event, segment| {
+        orbit.event(*event);
+        orbit.segment(*segment);
+    };
+    forward(&mut motions, Width::widest(), &mut || true, Some(on_event));
+    let [motion] = motions;
+    // Where it goes on, the mode it is in is told again.
+    orbit.segments.pop();
+    let rest = simulate::Run {
+        x0: motion.x,
+        v0: Some(motion.v),
+        max_events: run.max_events - motion.events,
+        ..run
+    };
+    (orbit.stop, orbit.work) =
+        simulate::resume(&oscillator, rest, motion.hybrid, &mut orbit).map_err(|error| error.to_string())?;
+    Ok(orbit)
+}
+
+/// Let the engine run a case; `series`: on Taylor series also where there is a closed form; `lanes`: in lanes.
 ///
 /// # Errors
 /// The engine's sentence.
@@ -124,8 +151,11 @@ pub fn run(case: &Value, problem: &Problem) -> Result<Report, String> {
             t_end: problem.t_end,
             max_events: most,
         };
-        let orbit =
+        let mut orbit =
             simulate::simulate_while(&oscillator, run, patience()).map_err(|error| error.to_string())?;
+        if case["engine"] == "lanes" && goes_in_lanes(&oscillator) {
+            orbit = in_lanes(orbit)?;
+        }
         let mut marks = Vec::new();
         for (index, segment) in orbit.segments.iter().enumerate() {
             let event = index.checked_sub(1).map(|index| orbit.events.get(index));

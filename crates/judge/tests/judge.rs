@@ -260,6 +260,25 @@ fn a_sample_of_random_oscillators_is_right() {
     clean(600, |index| draw::oscillator(2, index));
 }
 
+/// Also where the events are those of motions in lanes: under all laws, and under those whose branches lanes follow.
+#[test]
+fn a_sample_of_motions_in_lanes_is_right() {
+    let branched = ["TwoBranch", "BogaczRyczek", "ForceRate"];
+    let cases = (0..).map(|index| draw::oscillator(3, index)).enumerate();
+    let some = cases.filter(|(index, case)| {
+        let law = case["sys"]["law"]["type"].as_str().unwrap_or_default();
+        *index < 100 || branched.contains(&law)
+    });
+    let cases: Vec<Value> = some
+        .map(|(_, mut case)| {
+            case["engine"] = json!("lanes");
+            case
+        })
+        .take(400)
+        .collect();
+    clean(400, |index| cases[usize::try_from(index).unwrap()].clone());
+}
+
 #[test]
 fn a_sample_of_random_systems_is_right() {
     clean(60, |index| draw::system(2, index));

@@ -236,9 +236,9 @@ pub trait Friction<N: Scalar = f64>: Limited {
         N::default()
     }
 
-    /// Where the static limit is f_s(0) + Δ (1 − e^(−γ t_s)), whatever the force rate: Δ and γ. None where it is not, or grows
-    /// otherwise.
-    fn exponential_growth(&self) -> Option<[N; 2]> {
+    /// Where the static limit is f_s(0) + Δ (1 − e^(−γ t_s)), at a force rate that stays or whatever it is: Δ and γ. None where
+    /// it is not, or grows otherwise.
+    fn exponential_growth(&self, _force_rate: Option<N>) -> Option<[N; 2]> {
         None
     }
 
@@ -370,7 +370,7 @@ macro_rules! laws {
             #[inline]
             fn static_limit(&self, rest: Rest<N>) -> N { match self { $(Self::$name(law) => law.static_limit(rest)),+ } }
             fn growth_bound(&self, stick_time: N) -> N { match self { $(Self::$name(law) => law.growth_bound(stick_time)),+ } }
-            fn exponential_growth(&self) -> Option<[N; 2]> { match self { $(Self::$name(law) => law.exponential_growth()),+ } }
+            fn exponential_growth(&self, force_rate: Option<N>) -> Option<[N; 2]> { match self { $(Self::$name(law) => law.exponential_growth(force_rate)),+ } }
             #[inline]
             fn adhesion(&self, rest: Rest<N>) -> Adhesion<N> { match self { $(Self::$name(law) => law.adhesion(rest)),+ } }
             fn softening_bound(&self, rates: [N; 2]) -> N { match self { $(Self::$name(law) => law.softening_bound(rates)),+ } }

@@ -11,14 +11,20 @@
 use stickslip_lanes::{Lane, Mask};
 
 use super::branches::LanePiece;
-use super::elementary::{reversed, sin_cos};
-use super::eligible::SHORTEST_LINE;
-use super::lane_oscillator::{Constants, End, Line, SAMPLE_REACH, STEP_HALVINGS, State, Step};
+use super::elementary::{exp, reversed, sin_cos};
+use super::eligible::{NEAREST_EXPONENTS, SHORTEST_LINE};
+use super::lane_oscillator::{Constants, End, Line, SAMPLE_REACH, STEP_HALVINGS, State, Step, sixth_power};
 use super::slip::{
-    MOST_CELLS, MOST_EXACT_EVALUATIONS, Sample, Steps, TAYLOR_DEGREE, basis, expanded, integral, is, least,
+    MOST_CELLS, MOST_EXACT_EVALUATIONS, Sample, Steps, TAYLOR_DEGREE, expanded, integral, is, least,
     root_of_quintic, to_root, wrapped,
 };
 
+/// Lines along which an exponent is beyond this many natural ones are left to the engine of single motions.
+const STEEPEST_BRANCH: f64 = 1e3;
+/// Along a steep line a cell is made twice as long, so often at the most, where the slip acceleration is so much more than what
+/// the enclosure of a longer one leaves open.
+const MOST_DOUBLINGS: f64 = 5.0;
+const CLEAR_BY_FAR: f64 = 0.05;
 /// A friction that moves along a straight line is sampled this far beyond its end, as a part of the way.
 const BEYOND_STRAIGHT_END: f64 = 1.0 / 64.0;
 
@@ -43,9 +49,14 @@ struct Course<L: Lane> {
     held: L::Mask,
     /// A turn ends it.
     turns: L::Mask,
+    /// The free part is the sum of two exponentials; else it is known by its value and its rate.
+    apart: L::Mask,
     line: Line<L>,
     /// k/m, or nothing for friction.
     natural_squared: L,
+    /// What its value and the derivatives are made of the two numbers by which the free part is known; the first two are whole.
+    of_one: [L; 4],
+    of_two: [L; 4],
     heading: L,
     rest: L,
     reach: L,
@@ -55,17 +66,20 @@ struct Course<L: Lane> {
 type Four<L> = [L; 4];
 
 impl<L: Lane> Course<L> {
-    /// From the free part, the wave and the rates of both.
+    /// From the free part, and the wave and its rate.
     #[inline(always)]
-    fn at(&self, c: &Constants<L>, [value, rate]: [L; 2], [wave, slope]: [L; 2]) -> Four<L> {
-        let bend = -(self.line.twice_gamma * rate) - self.natural_squared * value;
-        let jerk = -(self.line.twice_gamma * bend) - self.natural_squared * rate;
-        [
-            self.rest + value + wave,
-            rate + slope,
-            bend - c.frequency_squared * wave,
-            jerk - c.frequency_squared * slope,
-        ]
+    fn at(&self, c: &Constants<L>, [one, two]: [L; 2], [wave, slope]: [L; 2]) -> Four<L> {
+        let mut d = [
+            wave,
+            slope,
+            -(c.frequency_squared * wave),
+            -(c.frequency_squared * slope),
+        ];
+        for (own, (of_one, of_two)) in d.iter_mut().zip(self.of_one.iter().zip(&self.of_two)) {
+            *own = (*of_one * one + *of_two * two) + *own;
+        }
+        d[0] = self.rest + d[0];
+        d
     }
 
     /// The margin to a turn or the low end, and that to the end ahead.
@@ -82,16 +96,54 @@ impl<L: Lane> Course<L> {
         [Sample(turn), Sample(ahead)]
     }
 
-    /// What the free part is made of after a time.
+    /// The two functions that the free part is made of, after a time.
     #[inline(always)]
     fn basis(&self, at: L) -> (L, L) {
-        let (cos, sin) = basis(&self.line, at);
-        (cos, L::choose(self.held, at, sin))
+        let slow = exp(-(self.line.slow * at));
+        let (sin, cos) = sin_cos(self.line.omega * at);
+        let (one, two) = (slow * cos, slow * sin * self.line.per_omega);
+        if !self.apart.any() {
+            return (one, L::choose(self.held, at, two));
+        }
+        let fast = exp(-(self.line.fast * at));
+        (one, L::choose(self.held, at, L::choose(self.apart, fast, two)))
     }
 
     #[inline(always)]
     fn step(&self, c: &Constants<L>, h: L) -> Step<L> {
-        Step::over(c, &self.line, self.natural_squared, self.basis(h), h)
+        let (one, two) = self.basis(h);
+        let step = Step::over(c, &self.line, self.natural_squared, (one, two), h);
+        let zero = L::splat(0.0);
+        Step {
+            f11: L::choose(self.apart, one, step.f11),
+            f12: L::choose(self.apart, zero, step.f12),
+            f21: L::choose(self.apart, zero, step.f21),
+            f22: L::choose(self.apart, two, step.f22),
+            ..step
+        }
+    }
+}
+
+impl<L: Lane> Step<L> {
+    /// Twice as long.
+    #[inline(always)]
+    fn twice(&self) -> Self {
+        let n = L::splat;
+        let cross = self.f12 * self.f21;
+        let trace = self.f11 + self.f22;
+        let sines = self.sin_over * self.sin_times;
+        Self {
+            f11: self.f11 * self.f11 + cross,
+            f12: self.f12 * trace,
+            f21: self.f21 * trace,
+            f22: self.f22 * self.f22 + cross,
+            cos: self.cos * self.cos - sines,
+            sin_over: n(2.0) * self.cos * self.sin_over,
+            sin_times: n(2.0) * self.cos * self.sin_times,
+            h: n(2.0) * self.h,
+            slack: n(64.0) * self.growth * self.slack,
+            growth: self.growth * self.growth,
+        }
     }
 }
 
@@ -115,28 +167,52 @@ pub(super) fn ending<L: Lane>(
     let (held, turns) = (zero.below(piece.held), zero.below(piece.turns));
     let (starts_low, starts_high) = (zero.below(piece.start), piece.start.below(zero));
     let (mut line, exponent) = Line::of(c, piece.mass, [piece.offset, piece.slope, piece.low, piece.high]);
-    let long = (n(SHORTEST_LINE) * c.drive.max(piece.low)).below(line.reach);
-    let mut active = slips & (held | (!zero.below(line.left) & long));
+    let natural = c.natural_squared.sqrt();
+    let goes = (n(NEAREST_EXPONENTS) * natural).below(line.omega)
+        & exponent.below(n(STEEPEST_BRANCH) * natural)
+        & (n(SHORTEST_LINE) * c.drive.max(piece.low)).below(line.reach);
+    let mut active = slips & (held | goes);
+    // Under heavy damping, or as much of its opposite, the free part is the sum of a slow and a fast exponential: what it would
+    // be of its value and rate is a small difference of large numbers.
+    let apart = zero.below(line.fast.abs()) & !held;
+    let fast = line.gamma + sign_of(line.gamma) * line.omega;
+    let slow = c.natural_squared / fast;
+    line.slow = L::choose(apart, slow, line.slow);
+    line.fast = L::choose(apart, fast, zero);
+    line.omega = L::choose(apart, zero, line.omega);
     // Friction that holds a slip has no free part but a straight line; the force itself is its wave.
+    let cube = c.frequency_squared * c.frequency_squared * c.frequency_squared;
     for (own, other) in [
         (&mut line.gamma, zero),
         (&mut line.twice_gamma, zero),
         (&mut line.omega, zero),
         (&mut line.per_omega, zero),
         (&mut line.slow, zero),
-        (&mut line.fast, zero),
         (&mut line.power, zero),
         (&mut line.power_per_omega, zero),
         (&mut line.within, zero),
         (&mut line.behind, c.force * c.per_frequency),
         (&mut line.swing, c.force),
-        (
-            &mut line.sixth,
-            c.force * (c.frequency_squared * c.frequency_squared * c.frequency_squared),
-        ),
+        (&mut line.sixth, c.force * cube),
     ] {
         *own = L::choose(held, other, *own);
     }
+    let natural_squared = L::choose(held, zero, c.natural_squared);
+    // The exponents, where they are apart.
+    let (e1, e2) = (-slow, -fast);
+    let jerk = line.twice_gamma * line.twice_gamma - natural_squared;
+    let of_one = [
+        one,
+        L::choose(apart, e1, zero),
+        L::choose(apart, e1 * e1, -natural_squared),
+        L::choose(apart, e1 * e1 * e1, line.twice_gamma * natural_squared),
+    ];
+    let of_two = [
+        L::choose(apart, one, zero),
+        L::choose(apart, e2, one),
+        L::choose(apart, e2 * e2, -line.twice_gamma),
+        L::choose(apart, e2 * e2 * e2, jerk),
+    ];
     let wave = line.within * state.cos + line.behind * state.sin;
     let wave_rate = c.frequency * (line.behind * state.cos - line.within * state.sin);
     let centre = line.rest + sign * line.lag;
@@ -145,7 +221,10 @@ pub(super) fn ending<L: Lane>(
     let mut course = Course {
         held,
         turns,
-        natural_squared: L::choose(held, zero, c.natural_squared),
+        apart,
+        natural_squared,
+        of_one,
+        of_two,
         heading: one,
         rest: sign * L::choose(held, spring, c.drive) - piece.low,
         reach: line.reach,
@@ -158,22 +237,25 @@ pub(super) fn ending<L: Lane>(
     let (mut wave_value, mut wave_slope) = (-(sign * wave_rate), sign * c.frequency_squared * wave);
     // Sizes of what is summed up, and what of that may be rounding.
     let ends = piece.low.abs() + L::choose(held, spring.abs() + piece.high.abs(), c.drive);
-    let height = (rate0 + line.gamma * value0).abs();
-    let size = value0.abs() + height * line.per_omega + line.swing + ends;
+    let width = e1 - e2;
     let size_of_rate = L::choose(
         held,
         rate0.abs(),
         line.twice_gamma.abs() * (state.v.abs() + line.swing)
             + c.natural_squared * (state.x.abs() + centre.abs() + line.swing * c.per_frequency),
     ) + line.swing * c.frequency;
-    let mut rounding = size * n(8.0 * f64::EPSILON);
     let rate_rounding = size_of_rate * n(8.0 * f64::EPSILON);
     // What is known to be zero is zero: the rate of the free part makes up for the wave.
     let rate = rate0 + wave_slope;
     let inward = (starts_low & rate.at_most(zero)) | (starts_high & zero.at_most(rate));
     let flat = zero.below(state.at_reversal) | (turns & inward);
     rate0 = L::choose(flat, -wave_slope, rate0);
-    let (mut value, mut rate) = (value0, rate0);
+    let height = rate0 + line.gamma * value0;
+    let first = L::choose(apart, (rate0 - e2 * value0) / width, value0);
+    let second = L::choose(apart, (e1 * value0 - rate0) / width, rate0);
+    let swing = L::choose(apart, second, height * line.per_omega).abs();
+    let mut rounding = (first.abs() + swing + line.swing + ends) * n(8.0 * f64::EPSILON);
+    let (mut value, mut rate) = (first, second);
     let mut start = course.at(c, [value, rate], [wave_value, wave_slope]);
     start[1] = L::choose(flat, zero, start[1]);
     let led = L::choose(flat, start[2], start[1]);
@@ -208,8 +290,15 @@ pub(super) fn ending<L: Lane>(
     }
     let mut step = course.step(c, h);
     let is_growing = (active & one.below(step.growth)).any();
-    let mut sixth = value0.abs() * line.power + height * line.power_per_omega + line.sixth;
-    let mut seventh = L::choose(turns, exponent.max(c.frequency) * sixth, sixth);
+    let free = L::choose(
+        apart,
+        first.abs() * sixth_power(e1) + second.abs() * line.power,
+        (first.abs() + swing) * line.power,
+    );
+    let mut sixth = free + line.sixth;
+    let fades = apart & zero.below(fast) & turns;
+    let can_fade = (active & fades).any();
+    let mut seventh = L::choose(turns, exponent * free + c.frequency * line.sixth, sixth);
     let mut gone = zero;
     let mut level = zero;
     let (mut right_turn, mut right_ahead) = (turn, ahead);
@@ -265,6 +354,20 @@ pub(super) fn ending<L: Lane>(
         least_ahead = L::choose(on, drift_ahead, least_ahead);
         least_turn = L::choose(on, drift_turn, least_turn);
         lasts = lasts | (on & horizon.at_most(gone));
+        if can_fade {
+            // Cells grow where the fast part of the motion has faded.
+            let [slower, faster] = [value.abs() * sixth_power(e1), rate.abs() * line.power];
+            let fading = on & fades;
+            sixth = L::choose(fading, slower + faster + line.sixth, sixth);
+            let next = e1.abs() * slower + exponent * faster + c.frequency * line.sixth;
+            seventh = L::choose(fading, next, seventh);
+            let clear = (n(64.0) * step.slack * seventh).below(n(CLEAR_BY_FAR) * turn.0[0]);
+            let longer = fading & clear & n(-MOST_DOUBLINGS).below(level);
+            if longer.any() {
+                level = L::choose(longer, level - one, level);
+                step = step.or(longer, &step.twice());
+            }
+        }
         if closer.any() {
             level = L::choose(closer, level + one, level);
             step = step.or(closer, &course.step(c, n(0.5) * step.h));
@@ -279,7 +382,8 @@ pub(super) fn ending<L: Lane>(
         v: state.v,
         heading: course.heading,
         ahead: is_ahead,
-        lasts: lasts | (active & level.at_most(zero)),
+        // Along a steep line so many cells are a short time.
+        lasts: lasts | (active & level.at_most(zero) & !apart),
         evaluations: 0,
     };
     if is_growing {
@@ -299,17 +403,31 @@ pub(super) fn ending<L: Lane>(
     let mut at = gone + root_of_quintic(left.0, right.0, d) * d;
     let (mut early, mut late) = (gone, gone + d);
     let mut open = crossed;
+    // Of the two functions: the value, its rate, and the position.
+    let of_value = [first, L::choose(apart, second, height)];
+    let of_rate = [
+        L::choose(apart, e1 * first, rate0),
+        L::choose(
+            apart,
+            e2 * second,
+            -(natural_squared * value0 + line.gamma * rate0),
+        ),
+    ];
+    let of_position = [
+        L::choose(apart, -(sign * first / e1), y),
+        L::choose(apart, -(sign * second / e2), z + line.gamma * y),
+    ];
     for _ in 0..MOST_EXACT_EVALUATIONS {
         if !open.any() {
             break;
         }
         ending.evaluations += 1;
-        let (cos, sin) = course.basis(at);
+        let (first, second) = course.basis(at);
         let (periods, t) = wrapped(c, state.t, at);
         let (wave_sin, wave_cos) = sin_cos(c.frequency * t);
         // One derivative more than those of the margin.
-        let mut g = [value0 * cos + (rate0 + line.gamma * value0) * sin; TAYLOR_DEGREE + 2];
-        g[1] = rate0 * cos - (course.natural_squared * value0 + line.gamma * rate0) * sin;
+        let mut g = [of_value[0] * first + of_value[1] * second; TAYLOR_DEGREE + 2];
+        g[1] = of_rate[0] * first + of_rate[1] * second;
         let mut wave = g;
         wave[0] = -(sign * c.frequency * (line.behind * wave_cos - line.within * wave_sin));
         wave[1] = sign * c.frequency_squared * (line.within * wave_cos + line.behind * wave_sin);
@@ -328,15 +446,15 @@ pub(super) fn ending<L: Lane>(
         }
         margin[0] = L::choose(falls, course.reach + margin[0], margin[0]);
         let Steps {
-            first,
-            second,
+            first: step,
+            second: last,
             remains,
             slope,
             curvature,
         } = to_root(&margin);
-        let by = first + second;
+        let by = step + last;
         let span = (at + by) - gone;
-        let near = first.abs().below(n(0.02) * d) & second.abs().below(n(2e-6) * d) & zero.below(span);
+        let near = step.abs().below(n(0.02) * d) & last.abs().below(n(2e-6) * d) & zero.below(span);
         let cube = span * span * span;
         let lowest = least(
             left,
@@ -351,8 +469,8 @@ pub(super) fn ending<L: Lane>(
         let take = open & near & sure;
         let along = g.first_chunk().expect("one derivative more");
         let travel = integral(along, by);
-        let x = y * cos
-            + (z + line.gamma * y) * sin
+        let x = of_position[0] * first
+            + of_position[1] * second
             + centre
             + (line.within * wave_cos + line.behind * wave_sin)
             + (c.drive - sign * piece.low) * by
@@ -375,7 +493,7 @@ pub(super) fn ending<L: Lane>(
         let beyond = margin[0].below(zero);
         late = L::choose(beyond, at, late);
         early = L::choose(beyond, early, at);
-        let next = at + first;
+        let next = at + step;
         let inside = early.below(next) & next.below(late) & margin[1].below(zero);
         at = L::choose(inside, next, n(0.5) * (early + late));
     }

@@ -39,7 +39,13 @@ pub(super) struct CurrentPieces<L> {
     modes: Vec<Mode>,
     memories: Vec<Memory>,
     kinds: Vec<EventKind>,
+    /// How many modes were handed over one after the other.
+    handed: Vec<u32>,
 }
+
+/// A motion of which more modes are handed over one after the other leaves the lanes: it is near steady slip, where turns are
+/// rounding.
+const MOST_HANDED_IN_A_ROW: u32 = 8;
 
 impl<L: Lane> CurrentPieces<L> {
     /// Write the piece of a mode.
@@ -90,6 +96,7 @@ impl<L: Lane> CurrentPieces<L> {
             }
             Mode::Hold { direction, .. } => (0.0, direction, 0.0),
         };
+        self.handed[i] = 0;
         state.stuck.set(i, stuck);
         state.direction.set(i, direction);
         state.at_reversal.set(i, at_reversal);
@@ -114,11 +121,18 @@ impl<L: Lane> SlipPath<L> for CurrentPieces<L> {
             modes: vec![Mode::Stick; L::WIDTH],
             memories: vec![Memory::default(); L::WIDTH],
             kinds: vec![EventKind::Release; L::WIDTH],
+            handed: vec![0; L::WIDTH],
         }
     }
 
     fn put(&mut self, i: usize, oscillator: &LaneOscillator, _line: f64) {
         self.piece.mass.set(i, oscillator.mass);
+        self.handed[i] = 0;
+    }
+
+    fn leaves(&mut self, i: usize) -> bool {
+        self.handed[i] += 1;
+        self.handed[i] > MOST_HANDED_IN_A_ROW
     }
 
     fn enter(&mut self, i: usize, hybrid: &HybridState) {

@@ -3,16 +3,16 @@
 //! - At most one harmonic acts.
 //! - The drive moves forward.
 //! - Friction is alike in both directions.
-//! - In slip, friction is one chain of not too many lines, without jumps and without memory, or two branches of lines, or a smooth
-//!   curve that is known by its numbers ([`Friction::curve`]).
-//! - The static limit at the begin of adhesion is the same each time: under a force it does not depend on the force rate. Without
-//!   a force it grows exponentially or not at all.
+//! - In slip, friction is one chain of not too many lines, without jumps and without memory; or lines with branches or a memory,
+//!   of which the law names the next one; or a smooth curve that is known by its numbers ([`Friction::curve`]).
+//! - Without a force, static friction grows exponentially or not at all.
 //! - All numbers are moderate, and no line of a chain is so short that rounding makes its ends one.
 //! - Lanes can follow the curve, or at least one line of the chain: it is not too steep, and its two exponents are not too near to
 //!   each other.
 //!
 //! An oscillator that meets them may still have modes that a lane hands over to the engine of single motions: adhesion whose
-//! limit grows other than exponentially, slip along the other lines, and every mode whose end the lanes cannot certify.
+//! limit grows other than exponentially or follows the force rate, slip along the other lines, and every mode whose end the
+//! lanes cannot certify.
 //! A motion whose start is not finite stays where it is.
 
 use super::curve::Form;
@@ -72,7 +72,8 @@ impl Follows {
             return Self::Curve(form);
         }
         let first = law.begin(0.0, f64::INFINITY, &mut Memory::default());
-        if first.reverses {
+        let varies = law.feels_force_rate() && !oscillator.forcing.is_empty();
+        if first.reverses || varies {
             Self::Branches
         } else {
             Self::Lines
@@ -115,16 +116,15 @@ impl Eligible {
         }
         let (m, k, s) = (oscillator.mass, oscillator.stiffness, oscillator.drive_velocity);
         let static_limit = law.static_limit(Rest::new(0.0, k * s));
-        let constant = !(law.feels_force_rate() && forced.is_some());
+        // Without a force the rate of the holding force stays.
+        let varies = law.feels_force_rate() && forced.is_some();
         let follows = Follows::of(oscillator);
         let pieces = match follows {
-            _ if !constant => None,
-            // Only what two branches remember is nothing.
-            Follows::Branches if law.branches(0.0).is_none() => None,
             Follows::Branches => Some(Vec::new()).filter(|_| BRANCHES_GO),
             _ => lines_of(law, static_limit),
         }?;
-        let growth = match law.exponential_growth() {
+        let growth = match law.exponential_growth(forced.is_none().then_some(k * s)) {
+            _ if varies => [f64::INFINITY, 1.0],
             _ if law.growth_bound(0.0) == 0.0 => [0.0, 1.0],
             Some(growth) => growth,
             // Without a force, lanes gain less in slip than it costs to hand every stick over.

@@ -474,7 +474,7 @@ impl LaneOscillator {
 
 /// x⁶.
 #[inline(always)]
-pub(super) fn sixth<L: Lane>(x: L) -> L {
+pub(super) fn sixth_power<L: Lane>(x: L) -> L {
     (x * x * x) * (x * x * x)
 }
 
@@ -492,7 +492,7 @@ impl<L: Lane> Line<L> {
         let oscillates = kappa.below(zero);
         let exponent = L::choose(oscillates, natural, gamma.abs() + omega);
         let cube = natural_squared * natural_squared * natural_squared;
-        let power = L::choose(oscillates, cube, sixth(exponent));
+        let power = L::choose(oscillates, cube, sixth_power(exponent));
         let goes =
             (n(NEAREST_EXPONENTS) * natural).below(omega) & exponent.below(n(STEEPEST_EXPONENT) * natural);
         let (real, imaginary) = (c.stiffness - m * frequency * frequency, damping * frequency);
@@ -522,7 +522,7 @@ impl<L: Lane> Line<L> {
             within,
             behind,
             swing,
-            sixth: n(1.000_001) * swing * sixth(frequency),
+            sixth: n(1.000_001) * swing * sixth_power(frequency),
         };
         (line, exponent)
     }
@@ -573,7 +573,7 @@ impl<L: Lane> Step<L> {
             sin_over: wave_sin * c.per_frequency,
             sin_times: wave_sin * c.frequency,
             h,
-            slack: growth * (sixth(h) / n(14_400.0)),
+            slack: growth * (sixth_power(h) / n(14_400.0)),
             growth,
         }
     }

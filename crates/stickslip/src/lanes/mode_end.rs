@@ -30,6 +30,12 @@ pub(super) trait SlipPath<L: Lane>: Sized {
     #[inline(always)]
     fn enter(&mut self, _i: usize, _hybrid: &HybridState) {}
 
+    /// The mode in lane `i` is about to be handed over: whether its motion should leave the lanes instead.
+    #[inline(always)]
+    fn leaves(&mut self, _i: usize) -> bool {
+        false
+    }
+
     /// The position, velocity and hybrid state of lane `i`.
     #[inline(always)]
     fn hybrid(&self, _i: usize, oscillator: &LaneOscillator, state: &State<f64>) -> (f64, f64, HybridState) {

@@ -261,7 +261,8 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
             };
             let here = state.take(i);
             // A motion that is shown leaves the lanes here, and so does one that may run away, which is told by its whole run.
-            let after = if self.on_step.is_some() || occupant.oscillator.may_run_away(&here) {
+            let leaves = self.on_step.is_some() || occupant.oscillator.may_run_away(&here);
+            let after = if leaves || current.leaves(i) {
                 None
             } else {
                 let at = current.hybrid(i, &occupant.oscillator, &here);

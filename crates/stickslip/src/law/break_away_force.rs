@@ -88,9 +88,14 @@ impl<N: Scalar> StaticFriction<N> {
         self.drops().next().is_some() || !self.limit.vanishes() && self.force_rate_scale.is_some()
     }
 
-    /// Where it grows as 1 − e^(−γ t_s) whatever the force rate: how far, and γ.
-    pub(super) fn exponential_growth(&self) -> Option<[N; 2]> {
-        (self.exponent == 1.0 && !self.feels_force_rate()).then_some([self.limit, self.rate])
+    /// Where it grows as 1 − e^(−γ t_s), at a force rate that stays or whatever it is: how far, and γ.
+    pub(super) fn exponential_growth(&self, force_rate: Option<N>) -> Option<[N; 2]> {
+        let share = match force_rate {
+            Some(force_rate) => self.softened(force_rate)[0],
+            None if self.feels_force_rate() => return None,
+            None => one(),
+        };
+        (self.exponent == 1.0).then_some([self.limit * share, self.rate])
     }
 
     /// f_s(t_s, δ).

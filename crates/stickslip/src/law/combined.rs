@@ -51,8 +51,8 @@ impl<N: Scalar> Friction<N> for Combined<N> {
         self.at_rest.growth_bound(stick_time)
     }
 
-    fn exponential_growth(&self) -> Option<[N; 2]> {
-        self.at_rest.exponential_growth()
+    fn exponential_growth(&self, force_rate: Option<N>) -> Option<[N; 2]> {
+        self.at_rest.exponential_growth(force_rate)
     }
 
     fn adhesion(&self, rest: Rest<N>) -> Adhesion<N> {

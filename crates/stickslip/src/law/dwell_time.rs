@@ -35,8 +35,8 @@ impl<N: Scalar> Friction<N> for DwellTime<N> {
         self.static_friction().force(rest)
     }
 
-    fn exponential_growth(&self) -> Option<[N; 2]> {
-        self.static_friction().exponential_growth()
+    fn exponential_growth(&self, force_rate: Option<N>) -> Option<[N; 2]> {
+        self.static_friction().exponential_growth(force_rate)
     }
 
     fn adhesion(&self, rest: Rest<N>) -> Adhesion<N> {

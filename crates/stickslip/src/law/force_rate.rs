@@ -46,6 +46,10 @@ impl<N: Scalar> Friction<N> for ForceRate<N> {
         self.static_friction().force(rest)
     }
 
+    fn exponential_growth(&self, force_rate: Option<N>) -> Option<[N; 2]> {
+        self.static_friction().exponential_growth(force_rate)
+    }
+
     fn adhesion(&self, rest: Rest<N>) -> Adhesion<N> {
         self.static_friction().at(rest)
     }

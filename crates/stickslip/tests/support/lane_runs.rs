@@ -167,7 +167,7 @@ pub(crate) fn compare(count: usize, seed: u64, draw: Draw) -> [u64; 4] {
         // Or the slip velocity hardly crosses zero there, so that its rounding moves the event along one and the same motion.
         let along = first.is_some_and(|(a, b)| {
             let off = a.x - b.x - 0.5 * (a.v + b.v) * (a.t - b.t);
-            (a.t - b.t).abs() < 1e-7 && off.abs() < 1e-12 && (a.v - b.v).abs() < 1e-12
+            (a.t - b.t).abs() < 1e-6 && off.abs() < 1e-12 && (a.v - b.v).abs() < 1e-12
         });
         assert!(
             spread[0].max(spread[1]) > difference.min(1e-6) || along,
