@@ -54,3 +54,14 @@ def test_a_stick_of_a_thousand_forcing_periods_is_none_either():
     way = slider.drive_velocity * 2 * np.pi / slider.forcing.frequency
     assert row["recurrence"] == "periodic"
     assert row["x_max"] - row["x_min"] < 1.1 * way
+
+
+def test_a_first_stick_that_outlasts_a_piece_of_the_run_from_rest_is_waited_for():
+    # Loading takes f_s/s = 660 time units, more than the pieces in which the run from rest is looked at.
+    law = ss.laws.ExponentialStribeck(1.65, 0.92, 0.11, exponent=2.0)
+    slider = ss.Oscillator(0.2, 0.0025, law, forcing=ss.Harmonic(0.036, 2.07))
+    cycle = ss.periodic_orbit(slider)
+    assert (cycle.forcing_periods, cycle.stable) == (1, True)
+    # A long run of its own ends on it.
+    t, *state = cycle.state
+    assert ss.simulate(slider, 1001 * cycle.period).at(1000 * cycle.period + t) == pytest.approx(state, abs=1e-9)

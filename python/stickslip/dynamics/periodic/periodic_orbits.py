@@ -355,14 +355,16 @@ def event_cycle(
         lengths = [150 * slowest, 600 * slowest]
     else:
         lengths = [*(slowest * count * (periods or 1) for count in _FROM_GUESS), 30 * slowest]
-    sticks = STICKS * longest_stick(system)
-    if t_end is None and sticks > lengths[-1]:
+    usual, sticks = lengths[-1], STICKS * longest_stick(system)
+    if t_end is None and sticks > usual:
         lengths.append(sticks)
     # Masses that begin alike may move alike, at the edge of the motions that a disturbance leads to.
     starts = [start, *unlike(system)] if settles else [start]
     for begin in starts:
-        refusals = []
+        refusals: list[InputError] = []
         for length in lengths:
+            if length > usual and str(refusals[-1]) not in (_NO_RETURNS, NO_RETURN):
+                break
             try:
                 cycle, moved = _closed(system, length, begin, settles, periods, progress)
             except InputError as refusal:
@@ -370,7 +372,7 @@ def event_cycle(
                 refusals.append(refusal)
                 continue
             # A run leaves an orbit that repels: of a guess the first returns count that close near themselves.
-            if settles or length == lengths[-1] or moved < _NEAR:
+            if settles or length >= usual or moved < _NEAR:
                 return cycle
     refined = None if settles else _without_events(system, start, periods or 1)
     if refined is not None:
@@ -496,6 +498,9 @@ def _run(system: Any, length: float, x0: Any, v0: Any, pieces: int) -> tuple[Eve
     """
     short = length / (pieces + 2) if pieces > 1 else length
     sequence, kinds, stop = EventSequence.of_run(system, short, x0, v0)
+    if pieces > 1 and not kinds and sequence.stuck.all():
+        # A slow drive may take longer than a piece to load the first stick.
+        sequence, kinds, stop = EventSequence.of_run(system, length, x0, v0)
     for piece in range(1, pieces):
         if stop != "t_end" or not kinds:
             break
