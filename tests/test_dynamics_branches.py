@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.cli.main import main
+from stickslip.dynamics.continuation import branches
 from stickslip.errors import UnfinishedWarning
 
 mpl.use("Agg")
@@ -405,11 +406,15 @@ def test_stick_slip_beside_steady_slip_is_followed_over_two_decades_of_a_slow_dr
     assert len(speeds) < 60
 
 
-def test_steady_slip_that_nothing_damps_is_marginal_and_one_that_is_left_for_the_unknown_is_said():
+def test_steady_slip_that_nothing_damps_is_marginal_and_one_that_is_left_for_the_unknown_is_said(monkeypatch):
     undamped = ss.continuation(ss.Oscillator(0.0, 0.3, ss.laws.Coulomb(0.5)), "drive_velocity", (0.2, 0.4), seeds=0)
     assert set(undamped.branches[0].stable) == {None}
     assert "marginal at 121" in repr(undamped.branches[0])
     # F′ = −5 e^(−u/0.1) outweighs D = 0.1 below u = 0.1 ln 50.
     falling = ss.Oscillator(0.1, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.1))
+    def nothing(*_args, **_options):
+        raise ss.InputError("periodic_orbit: no return")
+
+    monkeypatch.setattr(branches, "periodic_orbit", nothing)
     with pytest.warns(UnfinishedWarning, match="unstable from 0.01 to 0.1, .* not found"):
-        ss.continuation(falling, "drive_velocity", (0.01, 0.1), seeds=0)
+        ss.continuation(falling, "drive_velocity", (0.01, 0.1), seeds=1, starts=0)

@@ -173,11 +173,11 @@ fn forward_shown(
         }
     }
     for follows in kinds {
-        let told = (&mut on_event, &mut on_step);
+        let observers = (&mut on_event, &mut on_step);
         tally += match follows {
-            Follows::Curve(_) => scheduled::<Curves>(motions, width, go_on, told, follows),
-            Follows::Lines => scheduled::<Lines>(motions, width, go_on, told, follows),
-            Follows::Branches => scheduled::<Branches>(motions, width, go_on, told, follows),
+            Follows::Curve(_) => scheduled::<Curves>(motions, width, go_on, observers, follows),
+            Follows::Lines => scheduled::<Lines>(motions, width, go_on, observers, follows),
+            Follows::Branches => scheduled::<Branches>(motions, width, go_on, observers, follows),
         };
     }
     tally

@@ -149,7 +149,7 @@ impl<L: Lane> SlipPath<L> for CurrentPieces<L> {
         (state.x, state.v, hybrid)
     }
 
-    fn told(
+    fn event_row(
         &self,
         i: usize,
         _oscillator: &LaneOscillator,

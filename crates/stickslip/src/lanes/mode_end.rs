@@ -44,7 +44,7 @@ pub(super) trait SlipPath<L: Lane>: Sized {
 
     /// The event after which lane `i` is, and the mode that follows.
     #[inline(always)]
-    fn told(
+    fn event_row(
         &self,
         _i: usize,
         oscillator: &LaneOscillator,

@@ -330,7 +330,7 @@ impl<K: Kind> Scheduler<'_, '_, '_, K> {
                 high: high.get(i),
                 low: low.get(i),
             };
-            let (event, segment) = current.told(i, oscillator, (clock, &state), event);
+            let (event, segment) = current.event_row(i, oscillator, (clock, &state), event);
             on_event(*index, &event, &segment);
         }
     }
