@@ -254,9 +254,9 @@ def test_a_torus_is_one_attractor_and_not_drawn_as_several():
 def test_a_motion_that_repeats_in_one_window_and_not_in_another_is_one_attractor():
     system = ss.paper.oscillator(0.3, ss.Harmonic(0.02, 1.8))
     starts = {"x": np.linspace(-1, 2, 6), "v": np.linspace(-1, 1, 6)}
-    # After 600 periods all of them repeat after 4 returns; before that some are on their way.
-    assert set(ss.basins(system, **starts, transient=600)["period"].to_numpy().ravel()) == {4}
-    early = ss.basins(system, **starts, transient=300)
+    # After 1000 periods all of them repeat after 4 returns; before that some are on their way.
+    assert set(ss.basins(system, **starts, transient=1000)["period"].to_numpy().ravel()) == {4}
+    early = ss.basins(system, **starts, transient=600)
     assert set(early["period"].to_numpy().ravel()) == {0, 4}
     assert early["attractor_period"].to_numpy().tolist() == [4]
     assert early["fraction"].to_numpy().tolist() == [1.0]

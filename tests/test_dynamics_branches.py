@@ -412,6 +412,7 @@ def test_steady_slip_that_nothing_damps_is_marginal_and_one_that_is_left_for_the
     assert "marginal at 121" in repr(undamped.branches[0])
     # F′ = −5 e^(−u/0.1) outweighs D = 0.1 below u = 0.1 ln 50.
     falling = ss.Oscillator(0.1, 1.0, ss.laws.ExponentialStribeck(1.0, 0.5, 0.1))
+
     def nothing(*_args, **_options):
         raise ss.InputError("periodic_orbit: no return")
 

@@ -65,6 +65,9 @@ def simulate_many(
     KeyboardInterrupt
         by Ctrl-C, at once; what has run is lost.
 
+    Limits: runs that go side by side differ from those of :func:`stickslip.simulate` by rounding, which a chaotic motion
+    makes large. They do not depend on each other, on `workers` or on the processor.
+
     >>> from stickslip import paper
     >>> runs = simulate_many(paper.oscillator(0.3), {"drive_velocity": [0.2, 0.3], "x0": [0.0, 0.5]}, t_end=400)
     >>> (runs["events"].sel(kind="release") > 0).values.tolist()

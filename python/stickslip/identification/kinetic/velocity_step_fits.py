@@ -395,7 +395,9 @@ class _Fit:
         The errors come from the scatter over the steps, and from their times, which are known to half a sample.
         """
         count = len(self.steps)
-        inverse = np.linalg.pinv(self.jacobian.T @ self.jacobian)
+        # A number that acts on nothing would take its share of every move at random.
+        inverse, known = np.zeros((len(NAMES), len(NAMES))), ~self.undetermined
+        inverse[np.ix_(known, known)] = np.linalg.pinv(self.jacobian[:, known].T @ self.jacobian[:, known])
         parts = zip(np.split(self.jacobian, self._edges[1:-1]), self._by_step(self.residuals), strict=True)
         # the minimum moves by minus this where a step counts once more; clustered errors are their squares
         moves = np.array([-inverse @ (jacobian.T @ part) for jacobian, part in parts])
