@@ -169,8 +169,9 @@ def run(engine, t_end):
 for line in sys.stdin:
     engine = line.strip()
     run(engine, 1e-6)  # everything is imported
-    print("ready", flush=True)
     try:
+        # Whoever reads this may interrupt before a busy machine gets any further.
+        print("ready", flush=True)
         run(engine, FOREVER)
     except KeyboardInterrupt:
         stopped = time.monotonic()

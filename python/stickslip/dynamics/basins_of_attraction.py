@@ -16,7 +16,7 @@ from stickslip.dynamics.tasks import Plan, Progress, compute
 from stickslip.errors import positive, whole_number
 from stickslip.files.arrays import AnyArray
 from stickslip.model.system import Oscillator, System
-from stickslip.simulation.attractor import ATTRACTOR, alike
+from stickslip.simulation.attractor import ATTRACTOR, on_one_attractor
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,7 +127,7 @@ def _labels(plan: Plan, arrays: Mapping[str, Any], same: float) -> dict[str, tup
                 for name, column in rows.items():
                     found[name].append(column[first])
             attractor = {name: values[number_of] for name, values in found.items()}
-            mine_too = left & alike(rows, attractor, same, wide)
+            mine_too = left & on_one_attractor(rows, attractor, same, wide)
             mine[mine_too] = number_of
             left &= ~mine_too
         label[region] = mine

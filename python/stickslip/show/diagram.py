@@ -18,7 +18,7 @@ from stickslip.show.canvas import (
     parameter_label,
     words,
 )
-from stickslip.simulation.attractor import ATTRACTOR, alike
+from stickslip.simulation.attractor import ATTRACTOR, on_one_attractor
 from stickslip.simulation.quantities import QUANTITIES
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ def alike_everywhere(diagram: xr.Dataset, parameter: str) -> NDArray[np.bool_]:
     rows = {name: diagram[name].transpose("direction", parameter).to_numpy() for name in ATTRACTOR}
     wide = float(np.fmax.reduce(rows["x_max"], axis=None) - np.fmin.reduce(rows["x_min"], axis=None))
     first = {name: column[0] for name, column in rows.items()}
-    return np.asarray(alike(rows, first, 1e-2, wide).all(axis=0))
+    return np.asarray(on_one_attractor(rows, first, 1e-2, wide).all(axis=0))
 
 
 def _points(diagram: xr.Dataset, variable: str) -> xr.DataArray:

@@ -1,4 +1,4 @@
-"""Maps over two parameters or starts: regimes, periods, amplitudes and basins of attraction."""
+"""Maps over two parameters or starts: regimes, periods, amplitudes and basins of attraction. Colours: `canvas.py`."""
 
 from __future__ import annotations
 

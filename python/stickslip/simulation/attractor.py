@@ -15,12 +15,12 @@ _NUMBERS = ("x_min", "x_max", "w_min", "w_max", "x_mean", "v_mean")
 ATTRACTOR = (*_EXACT, *_NUMBERS)
 
 
-def alike(one: Mapping[str, Any], other: Mapping[str, Any], same: float, wide: float) -> NDArray[np.bool_]:
+def on_one_attractor(one: Mapping[str, Any], other: Mapping[str, Any], same: float, wide: float) -> NDArray[np.bool_]:
     """Which motions are on the same attractor, as :func:`stickslip.basins` says; their rows in columns that broadcast.
 
     >>> swing = {"regime": np.array("stick_slip"), "period": 2, "x_mean": 0.5, "v_mean": 0.0}
     >>> swing |= {"x_min": 0.0, "x_max": 1.0, "w_min": 0.0, "w_max": 1.0}
-    >>> [bool(alike(swing, swing | more, 0.01, 1.0)) for more in ({"period": 4}, {"x_mean": 0.6}, {"x_min": 0.1})]
+    >>> [bool(on_one_attractor(swing, swing | more, 0.01, 1.0)) for more in ({"period": 4}, {"x_mean": 0.6}, {"x_min": 0.1})]
     [True, False, False]
     """
     regime = np.asarray(other["regime"])

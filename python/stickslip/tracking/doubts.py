@@ -1,7 +1,7 @@
 """What makes a track doubtful, in sentences: leaps, a size that grows, other spots as clear.
 
 Of meetings with an equal marker `positions/meetings.py` tells, of scatter and ground `positions/standard_errors.py`, of
-missing pictures `film_tracking.py`, which gathers all of them.
+copied pictures `video/copies.py`, of missing ones `film_tracking.py`, which gathers all of them.
 """
 
 from __future__ import annotations

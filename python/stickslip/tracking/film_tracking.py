@@ -32,7 +32,7 @@ from stickslip.tracking.positions.size_changes import hidden
 from stickslip.tracking.positions.standard_errors import errors_from_scatter, errors_from_surroundings
 from stickslip.tracking.scale.calibration import PIXELS, Calibration, read_calibration
 from stickslip.tracking.setup import Setup
-from stickslip.tracking.video.copies import Changes, copies
+from stickslip.tracking.video.copies import Changes, copies, note_on_copies
 from stickslip.tracking.video.osp import PROJECTS, TEXTS, read_osp
 from stickslip.tracking.video.source import Film, Picture
 from stickslip.tracking.video.writing import check_target
@@ -349,12 +349,7 @@ def _motion(film: Film, setup: Setup, seen: _Seen, tracks: list[Track], notes: l
     )
     if seen.shown > 1:
         motion = motion.assign_coords(frame=("time", seen.numbers))
-        rate = float(motion.attrs["frame_rate"])
-        sentence = (
-            f"{seen.shown - 1} of {seen.shown} pictures are copies of the one before, which are no samples, and were left "
-            f"out: the camera took {rate:.4g} pictures per second, not {rate * seen.shown:.4g}."
-        )
-        notes.insert(0, sentence)
+        notes.insert(0, note_on_copies(seen.shown, float(motion.attrs["frame_rate"])))
     if setup.exposure or setup.line_time:
         notes.append(without_shutter(motion, setup.exposure or 0.0, setup.line_time or 0.0))
     if setup.names is not None:

@@ -1,4 +1,4 @@
-//! Which oscillators go in lanes: the conditions. `Line::of` asks the last of them of each line.
+//! Which oscillators go in lanes: the conditions. The last of them is asked of each line by `Line::of` in `lane_oscillator.rs`.
 //!
 //! - At most one harmonic acts.
 //! - The drive moves forward.

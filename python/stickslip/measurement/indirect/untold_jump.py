@@ -1,4 +1,7 @@
-"""What follows where a record does not tell whether friction jumps as a mass breaks away: how late its break-aways may be."""
+"""What follows where a record does not tell whether friction jumps as a mass breaks away: how late its break-aways may be.
+
+Whether it tells is decided in `sticks/resting_sticks.py`.
+"""
 
 from __future__ import annotations
 

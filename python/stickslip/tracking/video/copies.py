@@ -78,3 +78,11 @@ def copies(changes: list[float]) -> tuple[int, npt.NDArray[np.bool_]]:
         copied[i] = change[i] <= NEAR * usual and i - last < times
         last = last if copied[i] else i
     return times, copied
+
+
+def note_on_copies(shown: int, rate: float) -> str:
+    """What a track says of copies, by how often each picture is shown and how many new ones there are per second."""
+    return (
+        f"{shown - 1} of {shown} pictures are copies of the one before, which are no samples, and were left "
+        f"out: the camera took {rate:.4g} pictures per second, not {rate * shown:.4g}."
+    )

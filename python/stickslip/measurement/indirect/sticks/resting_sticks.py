@@ -1,4 +1,7 @@
-"""Which intervals are sticks of a mass that does not creep, and where each begins and ends: where the record is likeliest."""
+"""Which intervals are sticks of a mass that does not creep, and where each begins and ends: where the record is likeliest.
+
+Also whether friction jumps as it ends, and whether the record tells.
+"""
 
 from __future__ import annotations
 
