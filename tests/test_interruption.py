@@ -157,9 +157,13 @@ def run(engine, t_end):
         case "sweep":
             system = long_run("closed form")
             ss.orbit_diagram(system, "drive_velocity", [0.2, 0.3], periods=int(100 + t_end), workers=2)
-        case "sweep of a smooth law" | "sweep of integrations":
-            system = long_run("smooth" if engine == "sweep of a smooth law" else "integration")
+        case "sweep of a smooth law":
+            system = long_run("smooth")
             ss.orbit_diagram(system, "drive_velocity", [0.2, 0.3], periods=int(100 + t_end), workers=2)
+        case "sweep of integrations":
+            # Stick-slip: steady slip is integrated in few steps, however long it lasts.
+            system = long_run("integration")
+            ss.orbit_diagram(system, "drive_velocity", [0.05, 0.1], periods=int(100 + t_end), workers=2)
         case "derivatives":
             EventSequence.of_run(long_run("one slip"), t_end)
         case _:
