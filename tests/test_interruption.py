@@ -129,6 +129,16 @@ def test_an_orbit_ends_where_it_fills_the_memory():
     assert np.isfinite(orbit.at(orbit.t_end)).all()
 
 
+def test_a_run_that_ends_before_its_transient_shows_nothing():
+    # The dense output of an integrator says anything beyond its end.
+    system = long_run("integration")
+    with pytest.warns(UnfinishedWarning, match="2 of 2 runs"):
+        rows = ss.orbit_diagram(system, "drive_velocity", [0.05, 0.1], periods=FOREVER, max_seconds=0.3)
+    assert set(rows["regime"].to_numpy()) == {"unfinished"}
+    for name in ("x_min", "x_max", "w_min", "w_max", "section_x"):
+        assert np.isnan(rows[name].to_numpy()).all()
+
+
 CHILD = """
 import signal, sys, time
 

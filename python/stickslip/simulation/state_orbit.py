@@ -240,8 +240,10 @@ class StateOrbit(Orbit):
     def _looked_at(self, after: float) -> NDArray[np.float64]:
         """All steps of the integrator, and between two of them as many times as 200 a natural period, but no more than 16.
 
-        However long the motion rests, it is looked at no more often than it was integrated.
+        However long the motion rests, it is looked at no more often than it was integrated. A run that ended before is not
+        looked at.
         """
+        after = min(after, self.t_end)
         steps = np.asarray(self._solution.ts)
         steps = np.concatenate([[after], steps[(steps > after) & (steps < self.t_end)], [self.t_end]])
         parts = np.clip(np.ceil(np.diff(steps) * (200 / self.system.natural_period)), 1, 16)
