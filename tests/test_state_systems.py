@@ -175,3 +175,15 @@ MIXED = [ss.Contact(0, ss.laws.LuGre(**BRISTLES), 0.1), ss.Contact(1, ss.laws.Co
 )  # fmt: skip
 def test_what_makes_no_sense_is_refused_in_one_sentence(refused, make, sentence):
     refused(sentence, make)
+
+
+def test_the_steady_motion_of_the_second_contact_is_looked_at():
+    pair = ss.chain(2, ss.laws.LuGre(1e3, 30.0, 0.4, kinetic=1.0, break_away=1.5, scale=1e-2), 0.1)
+    rows = ss.orbit_diagram(pair, "damping.0.0", [0.05, 0.1], periods=20, keep=5, contact=1)
+    for value, greatest in zip((0.05, 0.1), rows["x_max"].to_numpy(), strict=True):
+        varied = ss.System.from_dict(pair.to_dict() | {"damping": [[value, 0.0], [0.0, pair.damping[1][1]]]})
+        end = 20 * pair.natural_period
+        orbit = ss.simulate(varied, end)
+        t = np.linspace(0.75 * end, end, 4000)
+        assert orbit.at(t)[0][:, 1].max() == pytest.approx(greatest, abs=1e-5)
+        assert orbit.regime(contact=1) == "stick_slip"

@@ -268,7 +268,10 @@ class StateOrbit(Orbit):
         return _core.Samples(columns, stuck, self.work.events)
 
     def _steady(self, look: str, period: float, surface: str, contact: int) -> Any:
-        return self._samples(json.loads(look)["transient"] * period, contact).steady(look, period, surface)
+        asked = json.loads(look)
+        # The samples are those of this contact alone.
+        alone = json.dumps(asked | {"contact": 0})
+        return self._samples(asked["transient"] * period, contact).steady(alone, period, surface)
 
     def _points(self, surface: str, kind: str | None, contact: int, after: float, most: int) -> NDArray[np.float64]:
         if kind is None:
