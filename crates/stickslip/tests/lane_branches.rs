@@ -17,37 +17,7 @@ mod dice;
 #[path = "support/lane_runs.rs"]
 mod lane_runs;
 use dice::Dice;
-use lane_runs::{all_forward, apart, compare, many, usual};
-
-/// An oscillator that is forced three times of four, and a start at rest or in slip.
-fn beside(law: Law, dice: &mut Dice) -> (Oscillator, Run) {
-    let forced = dice.below(4) > 0;
-    let oscillator = Oscillator {
-        mass: dice.between(0.3, 3.0),
-        stiffness: dice.between(1.0, 3.0),
-        damping: dice.between(0.05, 0.2),
-        drive_velocity: dice.between(0.02, 1.0),
-        law,
-        forcing: forced
-            .then(|| {
-                Harmonic::new(
-                    dice.between(-1.5, 1.5),
-                    dice.between(0.2, 3.0),
-                    dice.between(-10.0, 10.0),
-                )
-            })
-            .into_iter()
-            .collect(),
-    };
-    let free = dice.below(2) == 0;
-    let run = Run {
-        x0: if free { dice.between(-2.0, 2.0) } else { 0.0 },
-        v0: free.then(|| dice.between(-1.0, 1.0)),
-        t_end: dice.between(50.0, 150.0),
-        max_events: 10_000,
-    };
-    (oscillator, run)
-}
+use lane_runs::{all_forward, apart, beside, compare, many, usual};
 
 /// A branch of one to four nodes, or a number.
 fn branch(dice: &mut Dice, top: f64) -> ConstantOrNodes {

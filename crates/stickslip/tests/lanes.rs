@@ -23,7 +23,7 @@ mod dice;
 #[path = "support/lane_runs.rs"]
 mod lane_runs;
 use dice::Dice;
-use lane_runs::{all_forward, apart, compare, halved, many, usual};
+use lane_runs::{all_forward, apart, beside, compare, halved, many, usual};
 
 /// An oscillator of the kind that goes in lanes, and a start.
 fn draw(dice: &mut Dice) -> (Oscillator, Run) {
@@ -50,32 +50,7 @@ fn draw(dice: &mut Dice) -> (Oscillator, Run) {
         }
         _ => StaticKinetic::new(kinetic + dice.between(0.0, 1.0), kinetic).into(),
     };
-    let forced = dice.below(4) > 0;
-    let oscillator = Oscillator {
-        mass: dice.between(0.3, 3.0),
-        stiffness: dice.between(1.0, 3.0),
-        damping: dice.between(0.05, 0.2),
-        drive_velocity: dice.between(0.02, 1.0),
-        law,
-        forcing: forced
-            .then(|| {
-                Harmonic::new(
-                    dice.between(-1.5, 1.5),
-                    dice.between(0.2, 3.0),
-                    dice.between(-10.0, 10.0),
-                )
-            })
-            .into_iter()
-            .collect(),
-    };
-    let free = dice.below(2) == 0;
-    let run = Run {
-        x0: if free { dice.between(-2.0, 2.0) } else { 0.0 },
-        v0: free.then(|| dice.between(-1.0, 1.0)),
-        t_end: dice.between(50.0, 150.0),
-        max_events: 10_000,
-    };
-    (oscillator, run)
+    beside(law, dice)
 }
 
 /// The same with static friction that grows with the stick time, exponentially.

@@ -2,7 +2,7 @@
 
 use stickslip::harmonic::Harmonic;
 use stickslip::lanes::{LaneMotion, OnEvent, Width, forward, goes_in_lanes};
-use stickslip::law::{Friction, Memory};
+use stickslip::law::{Friction, Law, Memory};
 use stickslip::network;
 use stickslip::orbit::{Event, Record, Segment};
 use stickslip::oscillator::Oscillator;
@@ -222,4 +222,34 @@ pub(crate) fn many<const N: usize>(draws: [Draw; N]) -> [[u64; 4]; N] {
         }
     }
     counts
+}
+
+/// An oscillator that is forced three times of four, and a start at rest or in slip.
+pub(crate) fn beside(law: Law, dice: &mut Dice) -> (Oscillator, Run) {
+    let forced = dice.below(4) > 0;
+    let oscillator = Oscillator {
+        mass: dice.between(0.3, 3.0),
+        stiffness: dice.between(1.0, 3.0),
+        damping: dice.between(0.05, 0.2),
+        drive_velocity: dice.between(0.02, 1.0),
+        law,
+        forcing: forced
+            .then(|| {
+                Harmonic::new(
+                    dice.between(-1.5, 1.5),
+                    dice.between(0.2, 3.0),
+                    dice.between(-10.0, 10.0),
+                )
+            })
+            .into_iter()
+            .collect(),
+    };
+    let free = dice.below(2) == 0;
+    let run = Run {
+        x0: if free { dice.between(-2.0, 2.0) } else { 0.0 },
+        v0: free.then(|| dice.between(-1.0, 1.0)),
+        t_end: dice.between(50.0, 150.0),
+        max_events: 10_000,
+    };
+    (oscillator, run)
 }
