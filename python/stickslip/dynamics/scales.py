@@ -17,6 +17,11 @@ def drive_of(system: Oscillator | System) -> float:
     return abs(speed)
 
 
+def fastest_drive(system: Oscillator | System) -> float:
+    """The largest speed of the drives of its contacts, all constant."""
+    return max(abs(float(contact.drive_velocity)) for contact in system.contacts)
+
+
 def reach(system: Oscillator | System) -> NDArray[np.float64]:
     """How far static friction displaces each mass alone, shape (n,)."""
     if isinstance(system, Oscillator):

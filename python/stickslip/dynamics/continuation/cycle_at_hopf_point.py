@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from stickslip.dynamics.continuation.arclength import Family, Point, corrected
-from stickslip.dynamics.equilibria.steady_slip import fastest_drive, steady_slip
+from stickslip.dynamics.equilibria.steady_slip import steady_slip
 from stickslip.dynamics.periodic.event_sequence import EventSequence
 from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.periodic_orbits import amplitude, find, finished
+from stickslip.dynamics.scales import fastest_drive
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator, System
 

@@ -32,11 +32,11 @@ from stickslip.dynamics.continuation.bifurcation_conditions import TESTS, root, 
 from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, range_of, same_motion
 from stickslip.dynamics.continuation.period_halving import period_halving
 from stickslip.dynamics.critical.vanishing import stick_time, vanishing, vanishing_stick
-from stickslip.dynamics.equilibria.steady_slip import fastest_drive
 from stickslip.dynamics.periodic.closed_orbit import Cycle
 from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.periodic_orbits import finished, one_period, unchecked
 from stickslip.dynamics.periodic.poincare_map import Return, size_of
+from stickslip.dynamics.scales import fastest_drive
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.files.progress import waiting

@@ -12,12 +12,12 @@ from stickslip.dynamics.continuation.branches import born_branch, lies_on
 from stickslip.dynamics.continuation.walk import Walk
 from stickslip.dynamics.critical.end_of_run import EndOfRun
 from stickslip.dynamics.critical.runs import PATH, Monitor, disturbed
-from stickslip.dynamics.critical.scales import drive_of, reach, slowest_period
 from stickslip.dynamics.critical.speed_sweep import Sweep, unlike_neighbours
 from stickslip.dynamics.equilibria.steady_slip import steady_slip
 from stickslip.dynamics.periodic.event_sequence import with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost
 from stickslip.dynamics.periodic.periodic_orbits import event_cycle
+from stickslip.dynamics.scales import drive_of, reach, slowest_period
 from stickslip.errors import InputError
 from stickslip.model.system import Oscillator, System
 

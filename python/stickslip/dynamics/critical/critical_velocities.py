@@ -17,13 +17,13 @@ from stickslip.dynamics.continuation.branch import SpecialPoint
 from stickslip.dynamics.critical.branch_search import branches_of, branches_of_masses
 from stickslip.dynamics.critical.confirmation import ends_between, sides_of
 from stickslip.dynamics.critical.runs import PATH, Monitor, beside, from_orbit, from_rest, nearly_together
-from stickslip.dynamics.critical.scales import speed_scale
 from stickslip.dynamics.critical.speed_sweep import Sweep, changes_of_sticking, look_over, unlike_neighbours
 from stickslip.dynamics.equilibria.criticality import criticality
 from stickslip.dynamics.equilibria.hopf_points import steady_changes
 from stickslip.dynamics.equilibria.steady_slip import stability
 from stickslip.dynamics.periodic.event_sequence import check, with_number
 from stickslip.dynamics.periodic.poincare_map import forcing_period
+from stickslip.dynamics.scales import speed_scale
 from stickslip.errors import InputError, UnfinishedWarning, number
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.dynamics.critical.scales import drive_of, reach, slowest_period
+from stickslip.dynamics.scales import drive_of, reach, slowest_period
 from stickslip.model.system import Oscillator, System
 from stickslip.simulation.simulate import simulate
 

@@ -47,11 +47,6 @@ class SteadySlip:
     frequency: float = math.nan
 
 
-def fastest_drive(system: Oscillator | System) -> float:
-    """The largest speed of the drives of its contacts, all constant."""
-    return max(abs(float(contact.drive_velocity)) for contact in system.contacts)
-
-
 def steady_slip(system: Oscillator | System) -> SteadySlip | None:
     """The steady slip of an oscillator, or of masses, on which nothing swings.
 

@@ -12,8 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip import _core
-from stickslip.dynamics.critical.scales import reach
-from stickslip.dynamics.equilibria.steady_slip import fastest_drive
 from stickslip.dynamics.periodic.closed_orbit import NO_RETURN, STEADY, Cycle
 from stickslip.dynamics.periodic.event_sequence import HOLD, SECTION, STATE, STICK, EventSequence, check, layout_of
 from stickslip.dynamics.periodic.poincare_map import (
@@ -27,6 +25,7 @@ from stickslip.dynamics.periodic.poincare_map import (
     size_of,
     undecided,
 )
+from stickslip.dynamics.scales import fastest_drive, reach
 from stickslip.errors import InputError, number, whole_number
 from stickslip.model.drive import Drive, NormalForce
 from stickslip.model.system import Oscillator, System
