@@ -230,3 +230,56 @@ pub(crate) fn next_event(
 const EVENTS_BETWEEN_ASKS: u64 = 1000;
 /// The most bytes that an orbit may take.
 pub(crate) const MOST_BYTES: usize = 1 << 30;
+
+#[cfg(test)]
+mod tests {
+    use super::{Run, observe_forced};
+    use crate::harmonic::Harmonic;
+    use crate::law::{BogaczRyczek, DwellTime, ForceRate, Law, StaticKinetic};
+    use crate::orbit::{Event, Record, Segment};
+    use crate::oscillator::Oscillator;
+
+    struct Events(Vec<Event>);
+
+    impl Record for Events {
+        fn segment(&mut self, _: Segment) {}
+
+        fn event(&mut self, event: Event) {
+            self.0.push(event);
+        }
+    }
+
+    fn events<const H: usize>(oscillator: &Oscillator) -> Vec<Event> {
+        let mut events = Events(Vec::new());
+        observe_forced::<H>(oscillator, Run::stuck(400.0), &mut events).expect("a good run");
+        events.0
+    }
+
+    #[test]
+    fn slots_without_a_harmonic_change_no_bit() {
+        let laws: [Law; 4] = [
+            StaticKinetic::new(1.0, 0.5).into(),
+            DwellTime::new(0.5, 0.5, 0.4, 1.0).into(),
+            BogaczRyczek::default().into(),
+            ForceRate {
+                kinetic: 0.5,
+                limit: 0.5,
+                rate: 0.4,
+                force_rate_scale: 0.3,
+                exponent: 1.0,
+                force_rate_exponent: 1.0,
+            }
+            .into(),
+        ];
+        for (law, damping) in laws.into_iter().flat_map(|law| [(law.clone(), 0.05), (law, 0.6)]) {
+            let mut oscillator = Oscillator::new(damping, 0.3, law);
+            oscillator.forcing = vec![Harmonic::new(0.5, 0.7, 0.3), Harmonic::new(0.2, 1.9, 0.0)];
+            let two = events::<2>(&oscillator);
+            assert!(two.len() > 30, "{}", two.len());
+            assert_eq!(format!("{two:?}"), format!("{:?}", events::<4>(&oscillator)));
+            oscillator.forcing.push(Harmonic::new(0.1, 0.2, 0.0));
+            let three = events::<3>(&oscillator);
+            assert_eq!(format!("{three:?}"), format!("{:?}", events::<4>(&oscillator)));
+        }
+    }
+}

@@ -25,6 +25,17 @@ pub(crate) const INVERSE: Series = {
     table
 };
 
+/// k
+const POWERS: Series = {
+    let mut table = [0.0; ORDER + 1];
+    let mut k = 0;
+    while k <= ORDER {
+        table[k] = k as f64;
+        k += 1;
+    }
+    table
+};
+
 /// Nothing.
 pub const ZERO: Series = [0.0; ORDER + 1];
 
@@ -57,15 +68,18 @@ impl<N: Scalar> Default for Grown<N> {
     }
 }
 
-/// Σ a_j b_{k−j} for j from `from` to k.
-#[inline]
-fn convolve<N: Scalar>(a: &Series<N>, b: &Series<N>, from: usize, k: usize) -> N {
-    let last = a[k] * b[0];
+/// Σ a_j b_{k−j} for j from `from` to k − 1.
+#[expect(
+    clippy::inline_always,
+    reason = "as a call it takes a tenth of a smooth motion, measured"
+)]
+#[inline(always)]
+fn convolve_known<N: Scalar>(a: &Series<N>, b: &Series<N>, from: usize, k: usize) -> N {
     if from == k {
-        return last;
+        return N::default();
     }
-    // The ends, of which the other factors have just become known, come last: the rest need not wait for them. It has four
-    // sums, so that one addition need not wait for the other. The order is fixed, so are the bits.
+    // The first, of which one factor has just become known, comes last: the rest need not wait for it. It has four sums, so
+    // that one addition need not wait for the other. The order is fixed, so are the bits.
     let mut sums = [N::default(); 4];
     let mut forward = a[from + 1..k].chunks_exact(4);
     let mut backward = b[1..k - from].rchunks_exact(4);
@@ -89,7 +103,13 @@ fn convolve<N: Scalar>(a: &Series<N>, b: &Series<N>, from: usize, k: usize) -> N
         (&[a0], &[b0]) => sums[0] += a0 * b0,
         _ => {}
     }
-    ((sums[0] + sums[1]) + (sums[2] + sums[3])) + a[from] * b[k - from] + last
+    ((sums[0] + sums[1]) + (sums[2] + sums[3])) + a[from] * b[k - from]
+}
+
+/// The same to k.
+#[inline]
+fn convolve<N: Scalar>(a: &Series<N>, b: &Series<N>, from: usize, k: usize) -> N {
+    convolve_known(a, b, from, k) + a[k] * b[0]
 }
 
 /// Coefficient k of a · b.
@@ -102,10 +122,11 @@ pub fn product<N: Scalar>(a: &Series<N>, b: &Series<N>, k: usize) -> N {
 #[inline]
 pub fn reciprocal<N: Scalar>(rate: N, u: &Series<N>, r: &Series<N>, k: usize) -> N {
     if k == 0 {
-        (rate * u[0] + 1.0).inverse()
-    } else {
-        -rate * r[0] * convolve(u, r, 1, k)
+        return (rate * u[0] + 1.0).inverse();
     }
+    // What is done with u_k, which all waits for, is one product and one sum.
+    let lead = -rate * r[0];
+    lead * convolve_known(u, r, 1, k) + lead * r[0] * u[k]
 }
 
 /// Coefficient k of e = exp(rate · u), from e below k and the `weighted` coefficients j · rate · u_j up to k, of which the
@@ -122,7 +143,7 @@ pub fn exponential<N: Scalar>(
         return (rate * u[0]).exp();
     }
     weighted[k] = rate * k as f64 * u[k];
-    convolve(weighted, e, 1, k) * INVERSE[k]
+    convolve_known(weighted, e, 1, k) * INVERSE[k] + rate * e[0] * u[k]
 }
 
 /// Coefficient k ≥ 1 of p(u), by the stages of Horner's rule around u_0: stage j is p_j + (u − u_0) · stage j + 1. They begin
@@ -138,40 +159,38 @@ pub fn compose<N: Scalar>(u: &Series<N>, stages: &mut [Series<N>], k: usize) -> 
 /// The polynomial at `h`.
 #[inline]
 pub fn at(series: &Series, h: f64) -> f64 {
-    series.iter().rev().fold(0.0, |sum, term| sum * h + term)
+    series[0] + gain(series, h)
 }
 
 /// By how much the polynomial is more at `h` than at 0.
 #[inline]
 pub fn gain(series: &Series, h: f64) -> f64 {
-    h * series[1..].iter().rev().fold(0.0, |sum, term| sum * h + term)
+    h * in_fours(h, |i| series[i + 1])
 }
 
 /// The polynomial and its derivative at `h`.
 #[inline]
 pub fn slope_at(series: &Series, h: f64) -> (f64, f64) {
-    let (mut value, mut slope) = (series[ORDER], 0.0);
-    for k in (0..ORDER).rev() {
-        slope = slope * h + value;
-        value = value * h + series[k];
-    }
-    (value, slope)
+    (at(series, h), in_fours(h, |i| POWERS[i + 1] * series[i + 1]))
 }
 
 /// The derivative as a series.
 pub fn derivative(series: &Series) -> Series {
     let mut result = ZERO;
     for k in 0..ORDER {
-        result[k] = (k + 1) as f64 * series[k + 1];
+        result[k] = POWERS[k + 1] * series[k + 1];
     }
     result
 }
 
 /// A bound of the second derivative for 0 ≤ h ≤ `reach`.
 pub fn curvature_bound(series: &Series, reach: f64) -> f64 {
-    (2..=ORDER)
-        .rev()
-        .fold(0.0, |sum, k| sum * reach + (k * (k - 1)) as f64 * series[k].abs())
+    in_fours(reach, |i| {
+        if i + 2 > ORDER {
+            return 0.0;
+        }
+        POWERS[i + 1] * POWERS[i + 2] * series[i + 2].abs()
+    })
 }
 
 /// A bound of how far the polynomial goes from its start for 0 ≤ h ≤ `reach`.
@@ -194,7 +213,7 @@ fn in_fours(h: f64, term: impl Fn(usize) -> f64) -> f64 {
             *sum = *sum * step + term(first + lane);
         }
     }
-    sums[0] + h * (sums[1] + h * (sums[2] + h * sums[3]))
+    (sums[0] + h * sums[1]) + (h * h) * (sums[2] + h * sums[3])
 }
 
 /// The positive root of margin + rate τ − curvature τ²/2, in the form that does not cancel; none is infinite.

@@ -1,7 +1,7 @@
 //! The certified first root of a guard along a Taylor expansion.
 
 use super::changes_sign;
-use crate::series::{ORDER, Series, at, curvature_bound, derivative, free_time, slope_at, swing_bound};
+use crate::series::{ORDER, Series, ZERO, at, curvature_bound, derivative, free_time, slope_at, swing_bound};
 
 /// The first of `step`, its half, its quarter … within which a force stays below a limit that falls with the force rate.
 ///
@@ -43,33 +43,32 @@ const POLYNOMIAL_ROUNDINGS: f64 = 8.0;
 /// the curvature excludes a root, so none is jumped over; it closes in on the first one from below, quadratically. A touch,
 /// where the guard turns back within `rounding` of zero, is no root: it is told to `grazes`.
 pub(crate) fn first_root(
-    guard: &Series,
+    mut guard: Series,
     rounding: f64,
     at_reversal: bool,
     reach: f64,
     grazes: &mut Vec<f64>,
 ) -> Option<f64> {
-    let mut known = *guard;
     if at_reversal {
-        known[1] = 0.0;
+        guard[1] = 0.0;
     }
-    let root = march(&known, rounding, at_reversal, reach, grazes);
+    let root = march(&guard, rounding, at_reversal, reach, grazes);
     // One at the start is where the guard begins, and no search found it.
     debug_assert!(
         root.is_none_or(|h| if h == 0.0 {
-            known[0] <= rounding
+            guard[0] <= rounding
         } else {
             changes_sign(h, CERTIFIED_BESIDE * reach, |t| {
-                [at(&known, t), POLYNOMIAL_ROUNDINGS * rounding]
+                [at(&guard, t), POLYNOMIAL_ROUNDINGS * rounding]
             })
         }),
-        "{root:?} is no root of {known:?} within {reach}"
+        "{root:?} is no root of {guard:?} within {reach}"
     );
     root
 }
 
 fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &mut Vec<f64>) -> Option<f64> {
-    let mut series = *guard;
+    let (mut series, mut shifted) = (guard, ZERO);
     if series[0] < -PASSED_GUARD_FACTOR * rounding {
         return Some(0.0);
     }
@@ -77,7 +76,7 @@ fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &
     if series[0] <= rounding {
         // A guard that stays within rounding of zero throughout says nothing: two bodies that move on together. One that came
         // below it so slowly that no step showed it has been passed.
-        if series[0] >= -LEFT_BEHIND_ROUNDINGS * rounding && swing_bound(&series, reach) <= rounding {
+        if series[0] >= -LEFT_BEHIND_ROUNDINGS * rounding && swing_bound(series, reach) <= rounding {
             return None;
         }
         // Where it is led by a higher power, as under a force at its crest, that one says where it goes.
@@ -87,13 +86,13 @@ fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &
             return Some(0.0);
         }
         armed = order;
-        series.copy_within(order.., 0);
-        series[ORDER + 1 - order..].fill(0.0);
+        shifted[..=ORDER - order].copy_from_slice(&series[order..]);
+        series = &shifted;
     }
-    if series[0] > swing_bound(&series, reach) {
+    if series[0] > swing_bound(series, reach) {
         return None;
     }
-    let curvature = curvature_bound(&series, reach);
+    let curvature = curvature_bound(series, reach);
     if curvature == f64::INFINITY && reach < 1.0 {
         return march_in_own_time(guard, rounding, at_reversal, reach, grazes);
     }
@@ -101,13 +100,13 @@ fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &
     let mut t = 0.0;
     // Quadratic convergence needs a few dozen; a guard that touches zero within rounding is given up there.
     for _ in 0..10_000 {
-        let (value, slope) = slope_at(&series, t);
+        let (value, slope) = slope_at(series, t);
         // Of the guard itself; one that was armed has to rise before it can touch.
         let rounding = (0..armed).fold(rounding, |rounding, _| rounding / t);
         left |= value > rounding;
         if left
             && value <= rounding
-            && let Some(passed) = touch(&series, t, (value, slope), rounding)
+            && let Some(passed) = touch(series, t, (value, slope), rounding)
         {
             grazes.push(t);
             t += passed.max(tiny);
@@ -125,7 +124,7 @@ fn march(guard: &Series, rounding: f64, at_reversal: bool, reach: f64, grazes: &
         }
         if 8.0 * free < reach - t {
             // A tighter bound, over as far as it may be used.
-            let near = curvature_bound(&series, t + 8.0 * free);
+            let near = curvature_bound(series, t + 8.0 * free);
             free = free_time(value, slope, near).min(8.0 * free);
         }
         t += free;
@@ -192,10 +191,10 @@ mod tests {
     #[test]
     fn two_close_roots_do_not_hide() {
         let grazes = &mut Vec::new();
-        let root = first_root(&parabola(0.5, 0.5 + 1e-7, 0.0), 0.0, false, 1.0, grazes).unwrap();
+        let root = first_root(parabola(0.5, 0.5 + 1e-7, 0.0), 0.0, false, 1.0, grazes).unwrap();
         assert!((root - 0.5).abs() < 1e-9, "{root}");
         assert_eq!(
-            first_root(&parabola(0.5, 0.5, 1e-15), 0.0, false, 1.0, grazes),
+            first_root(parabola(0.5, 0.5, 1e-15), 0.0, false, 1.0, grazes),
             None
         );
         assert!(grazes.is_empty());
@@ -218,8 +217,8 @@ mod tests {
             }
         }
         assert!(series[ORDER].is_finite() && !curvature_bound(&series, unit).is_finite());
-        let known = first_root(&slow, 1e-15, false, 1.5, &mut Vec::new()).unwrap();
-        let root = first_root(&series, 1e-15, false, 1.5 * unit, &mut Vec::new()).unwrap();
+        let known = first_root(slow, 1e-15, false, 1.5, &mut Vec::new()).unwrap();
+        let root = first_root(series, 1e-15, false, 1.5 * unit, &mut Vec::new()).unwrap();
         assert!((known - 2.0_f64.ln()).abs() < 1e-14, "{known}");
         assert!((root / unit - known).abs() < 1e-14, "{}", root / unit);
     }
@@ -233,7 +232,7 @@ mod tests {
             for k in (0..3).rev() {
                 series[k + 1] -= series[k];
             }
-            let root = first_root(&series, 1e-14, false, 2.0, grazes).unwrap();
+            let root = first_root(series, 1e-14, false, 2.0, grazes).unwrap();
             assert!((root - 1.0).abs() < 1e-12, "{gap}: {root}");
             assert!(grazes.len() == 1 && (grazes[0] - 0.5).abs() < 1e-6, "{grazes:?}");
         }
@@ -243,21 +242,21 @@ mod tests {
     fn a_guard_that_starts_at_zero_is_armed_by_its_slope() {
         let mut series = ZERO;
         (series[0], series[1], series[2]) = (1e-17, 1.0, -2.0);
-        assert!((first_root(&series, 1e-16, false, 1.0, &mut Vec::new()).unwrap() - 0.5).abs() < 1e-15);
+        assert!((first_root(series, 1e-16, false, 1.0, &mut Vec::new()).unwrap() - 0.5).abs() < 1e-15);
         series[1] = -1.0;
-        assert_eq!(first_root(&series, 1e-16, false, 1.0, &mut Vec::new()), Some(0.0));
+        assert_eq!(first_root(series, 1e-16, false, 1.0, &mut Vec::new()), Some(0.0));
         (series[1], series[2], series[3]) = (1e-18, 1.0, -1.0);
-        assert!((first_root(&series, 1e-16, true, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
+        assert!((first_root(series, 1e-16, true, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
     }
 
     #[test]
     fn a_guard_that_starts_at_zero_without_slope_goes_where_its_next_power_leads() {
         let mut series = ZERO;
         (series[0], series[2], series[3]) = (1e-17, 1.0, -1.0);
-        assert!((first_root(&series, 1e-16, false, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
+        assert!((first_root(series, 1e-16, false, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
         (series[2], series[3], series[4]) = (0.0, 1.0, -1.0);
-        assert!((first_root(&series, 1e-16, true, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
+        assert!((first_root(series, 1e-16, true, 2.0, &mut Vec::new()).unwrap() - 1.0).abs() < 1e-15);
         series[3] = -1.0;
-        assert_eq!(first_root(&series, 1e-16, true, 2.0, &mut Vec::new()), Some(0.0));
+        assert_eq!(first_root(series, 1e-16, true, 2.0, &mut Vec::new()), Some(0.0));
     }
 }

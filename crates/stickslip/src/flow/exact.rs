@@ -310,13 +310,21 @@ impl<const H: usize> Frame<H> {
     #[must_use]
     pub(crate) fn of(oscillator: &Oscillator) -> Self {
         let mut swinging = oscillator.swinging();
+        let mut slot = Harmonic::new(0.0, 0.0, 0.0);
         Self {
             mass: oscillator.mass,
             stiffness: oscillator.stiffness,
             damping: oscillator.damping,
             drive_velocity: oscillator.drive_velocity,
             constant: oscillator.constant_force(),
-            forcing: std::array::from_fn(|_| swinging.next().expect("a slot for each harmonic")),
+            forcing: std::array::from_fn(|_| {
+                // A slot that is left over has the frequency of the last one: no bound is another one for it.
+                slot = swinging.next().unwrap_or(Harmonic {
+                    amplitude: 0.0,
+                    ..slot
+                });
+                slot
+            }),
         }
     }
 

@@ -298,18 +298,24 @@ impl Motion {
             u[order] = 0.0;
             return;
         }
-        let pull = response * direction;
+        let sliding = !frame.drives[0].is_constant();
         u[0] = direction * slip;
+        // All waits for what is done with `size`: a product and a sum.
         let next = |k: usize, size: f64| {
             force[k] = direction * size;
-            let a = if zero_slope && k == 0 {
-                drive[1]
+            let along = if zero_slope && k == 0 {
+                direction * drive[1]
             } else {
-                input[k] - spring * x[k] - damper * v[k] + pull * size
+                let free = input[k] - spring * x[k] - damper * v[k];
+                direction * free * INVERSE[k + 1] + response * INVERSE[k + 1] * size
             };
             x[k + 1] = v[k] * INVERSE[k + 1];
-            v[k + 1] = a * INVERSE[k + 1];
-            direction * (drive[k + 1] - v[k + 1])
+            v[k + 1] = direction * along;
+            if sliding {
+                direction * drive[k + 1] - along
+            } else {
+                -along
+            }
         };
         if frame.is_smooth(0, direction) {
             law.toward(direction).grow(u, order, &mut self.grown[0], next);

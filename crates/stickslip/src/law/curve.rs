@@ -75,7 +75,11 @@ impl<N: Scalar> Curve<N> {
     }
 
     /// Coefficient `k` of F(u(h)), as [`super::Friction::extend`].
-    #[inline]
+    #[expect(
+        clippy::inline_always,
+        reason = "so that a motion asks once what kind of curve it is, measured"
+    )]
+    #[inline(always)]
     pub fn extend(&self, u: &Series<N>, k: usize, grown: &mut Grown<N>) -> N {
         let ([p0, p1, p2, p3], c) = (self.polynomial, self.constant);
         let Grown {

@@ -93,7 +93,7 @@ fn end_on(
                     .zip(normal)
                     .for_each(|(room, n)| *room += n * constant),
             }
-            first = first_root(&room, rounding, false, first.unwrap_or(reach), grazes).or(first);
+            first = first_root(room, rounding, false, first.unwrap_or(reach), grazes).or(first);
         }
         return Ok(first);
     }

@@ -26,7 +26,7 @@ struct First {
 
 impl First {
     /// Search a guard of contact or spring `index`.
-    fn search(&mut self, guard: &Series, rounding: f64, at_reversal: bool, index: usize, cause: Cause) {
+    fn search(&mut self, guard: Series, rounding: f64, at_reversal: bool, index: usize, cause: Cause) {
         if let Some(h) = first_root(guard, rounding, at_reversal, self.reach, &mut self.grazes) {
             self.meet(h, index, cause);
         }
@@ -54,7 +54,7 @@ impl Loop<'_> {
             if let Some(normal) = normal {
                 let sign = if contact.separated { -1.0 } else { 1.0 };
                 let guard = normal.map(|term| sign * term);
-                first.search(&guard, self.faint(c), false, c, Cause::Normal);
+                first.search(guard, self.faint(c), false, c, Cause::Normal);
                 if contact.separated {
                     continue;
                 }
@@ -85,22 +85,21 @@ impl Loop<'_> {
                         .series(c)
                         .map(|term| sign * contact.direction * term);
                     guard[0] += bound;
-                    first.search(&guard, rounding, false, c, Cause::End(end));
+                    first.search(guard, rounding, false, c, Cause::End(end));
                 }
                 continue;
             }
             let piece = &contact.piece;
-            let u = self.motion.u.series(c);
-            let mut guard = u;
+            let mut guard = self.motion.u.series(c);
             guard[0] -= piece.low;
-            first.search(&guard, rounding, contact.at_reversal, c, Cause::End(End::Low));
+            first.search(guard, rounding, contact.at_reversal, c, Cause::End(End::Low));
             if piece.high.is_finite() {
-                let mut guard = u.map(|term| -term);
+                let mut guard = self.motion.u.series(c).map(|term| -term);
                 guard[0] += piece.high;
-                first.search(&guard, rounding, contact.at_reversal, c, Cause::End(End::High));
+                first.search(guard, rounding, contact.at_reversal, c, Cause::End(End::High));
             }
             if piece.reverses {
-                let mut guard = derivative(&u).map(|term| contact.sense * term);
+                let mut guard = derivative(&self.motion.u.series(c)).map(|term| contact.sense * term);
                 if contact.at_reversal {
                     guard[0] = 0.0;
                 }
@@ -112,7 +111,7 @@ impl Loop<'_> {
                 let end = End::Reversal {
                     rising: contact.sense < 0.0,
                 };
-                first.search(&guard, rounding, false, c, Cause::End(end));
+                first.search(guard, rounding, false, c, Cause::End(end));
             }
         }
         for (s, spring) in self.frame.springs.iter().enumerate() {
@@ -129,7 +128,7 @@ impl Loop<'_> {
                 // No more than where the masses are: speeds of stiff springs would lead further at the rate of the linear ones.
                 let size = rounding / self.frame.rate;
                 let rounding = size.min(SPEED_ROUNDING * far) + SPEED_ROUNDING * end.abs();
-                first.search(&guard, rounding, false, s, Cause::Spring(next));
+                first.search(guard, rounding, false, s, Cause::Spring(next));
             }
         }
         self.work.grazes += first.grazes.iter().filter(|&&h| h < first.reach).count() as u64;
