@@ -13,7 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array, Mask
+from stickslip.files.arrays import Array, Mask, taken
 from stickslip.files.disk import toml_table
 from stickslip.files.equality import each_once
 from stickslip.files.netcdf import read_tree
@@ -153,28 +153,11 @@ class FrictionRecord(InNotebook):
     def part(self, first: int, last: int) -> FrictionRecord:
         """The samples [first, last) with the break-aways in them."""
         inside = (self.break_away["t"] >= self.time[first]) & (self.break_away["t"] <= self.time[last - 1])
-        return replace(self._sampled(slice(first, last)), break_away=self.break_away[inside].reset_index(drop=True))
+        return replace(taken(self, slice(first, last)), break_away=self.break_away[inside].reset_index(drop=True))
 
     def every(self, stride: int) -> FrictionRecord:
         """Every `stride`-th sample."""
-        return self._sampled(slice(None, None, stride))
-
-    def _sampled(self, which: Any) -> FrictionRecord:
-        columns: dict[str, Any] = {}
-        known = (
-            "time",
-            "slip_velocity",
-            "slip_velocity_error",
-            "force",
-            "force_error",
-            "stuck",
-            "displacement",
-            "recorded",
-        )
-        for name in known:
-            column = getattr(self, name)
-            columns[name] = None if column is None else column[which]
-        return replace(self, **columns)
+        return taken(self, slice(None, None, stride))
 
     def facing_slip(self) -> FrictionRecord:
         """The record with each break-away force counted in the sense of the slip that follows."""
@@ -187,7 +170,7 @@ class FrictionRecord(InNotebook):
         inner[1:] &= self.stuck[:-1]
         inner[:-1] &= self.stuck[1:]
         inner[[0, -1]] = False
-        return self._sampled(~inner)
+        return taken(self, ~inner)
 
 
 def read_records(friction: Any) -> list[FrictionRecord]:

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain, combinations
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -43,7 +42,6 @@ BY_SENSE = "_by_sense"
 """Ending of a term that keeps its sign when the slip turns: half of what its number differs by between the two senses."""
 TIED = 0.95
 """Correlation of load and logarithm of the speed from which on no form may have both: their numbers would mean nothing."""
-COLUMNS = ("w", "force", "error", "load", "position", "source", "acceleration")
 FORMULAS = {
     "kinetic": "kinetic",
     "viscous": "viscous * |w|",
@@ -100,12 +98,6 @@ class Rows:
 
     def __len__(self) -> int:
         return len(self.w)
-
-    def take(self, which: Any) -> Rows:
-        """Some of the rows."""
-        columns: dict[str, Any] = {name: getattr(self, name) for name in COLUMNS}
-        taken: dict[str, Any] = {name: None if of is None else of[which] for name, of in columns.items()}
-        return replace(self, **taken)
 
     @cached_property
     def stated(self) -> bool:

@@ -12,10 +12,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, taken
 from stickslip.identification.kinetic.replayed_motion import SENSE
 from stickslip.identification.records import both_senses, stated_units
-from stickslip.identification.steady.curves import COLUMNS, Rows
+from stickslip.identification.steady.curves import Rows
 from stickslip.identification.steady.single_form_fit import inertia_error
 from stickslip.measurement.instruments.errors_of_means import median_and_error
 from stickslip.measurement.rigs.rig import SLIDES, TURNS
@@ -113,30 +113,30 @@ def rows_of(tree: xr.DataTree, name: str) -> tuple[Rows, dict[str, str], LeftOut
     if not moving.any():
         raise InputError(f"{name}: nothing slides in it, so it holds no friction of slip; measure a record that slides")
     units = stated_units(data)
-    return rows.take(moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}, left, notes
+    return taken(rows, moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}, left, notes
 
 
 def _with_inertia(
     rows: Rows, root: xr.Dataset, moving: npt.NDArray[np.bool_], name: str
 ) -> tuple[Rows, Array | float, list[str]]:
     """Whether the record contradicts the inertia that was taken off its force: rows, the force that is left of it, a note."""
-    taken = float(root.attrs.get("subtracted_inertia", math.nan))
+    subtracted = float(root.attrs.get("subtracted_inertia", math.nan))
     fast = moving & (np.abs(rows.w) > SLOW * float(np.abs(rows.w).max()))
-    if math.isnan(taken) or np.count_nonzero(fast) < 4 * CURVED or "slip_acceleration" not in root:
+    if math.isnan(subtracted) or np.count_nonzero(fast) < 4 * CURVED or "slip_acceleration" not in root:
         return rows, 0.0, []
     acceleration = _numbers(root, "slip_acceleration", name)
     if not np.ptp(acceleration[fast]) > 0:
         return rows, 0.0, []
     moved = replace(rows, acceleration=acceleration)
-    off, error = inertia_error(moved.take(fast), CURVED)
-    if abs(off) < SENSE * error or (taken == 0 and not _at_all_speeds(moved.take(fast), off)):
+    off, error = inertia_error(taken(moved, fast), CURVED)
+    if abs(off) < SENSE * error or (subtracted == 0 and not _at_all_speeds(taken(moved, fast), off)):
         return rows, 0.0, []
     unit = (TURNS if root["slip_velocity"].attrs.get("units") == TURNS.speed else SLIDES).mass
     by = f"{off:+.2g} +- {error:.1g} {unit}"
     note = (
-        f"{name} contradicts the inertia of its rig, {taken:.4g} {unit}, by {by}: what is left of the force follows the "
+        f"{name} contradicts the inertia of its rig, {subtracted:.4g} {unit}, by {by}: what is left of the force follows the "
         "acceleration. Measure the inertia again, or correct it in the rig; here it is fitted, where that predicts better."
-        if taken > 0
+        if subtracted > 0
         else f"{name}: the force follows the acceleration by {by}, as an inertia between instrument and contact has it, and "
         "the rig gives none. Set inertia in the rig; here it is fitted, where that predicts better."
     )
@@ -151,7 +151,7 @@ def _at_all_speeds(rows: Rows, inertia: float) -> bool:
     """
     speed = np.abs(rows.w)
     slow = speed < np.median(speed)
-    halves = [inertia_error(rows.take(half), CURVED) for half in (slow, ~slow)]
+    halves = [inertia_error(taken(rows, half), CURVED) for half in (slow, ~slow)]
     return all(value > SENSE * error and abs(value - inertia) < INERTIA_TOLERANCE * inertia for value, error in halves)
 
 
@@ -328,7 +328,10 @@ def _check(rows: Rows, name: str, unit: str) -> None:
 
 def joined(parts: list[Rows]) -> Rows:
     """The rows of several records, with errors that weigh them."""
-    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS[:-1]}
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("w", "force", "error", "load", "position", "source")
+    }
     if any(part.acceleration is not None for part in parts):
         given = [np.zeros(len(part)) if part.acceleration is None else part.acceleration for part in parts]
         columns["acceleration"] = np.concatenate(given)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array, Mask
+from stickslip.files.arrays import Array, Mask, taken
 from stickslip.files.schema import Count, Share, any_number, positive
 from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion, DirectRun, motion_of
 from stickslip.measurement.instruments.direct_force.force_clock import (
@@ -133,14 +133,14 @@ def _run(record: Samples, rig: InstrumentRig) -> DirectRun:
             f"{np.count_nonzero(beyond)} samples ({100 * beyond.mean():.2g} %) at the end of the range of the force were "
             "left out: friction is larger there than any reading"
         )
-        record, motion = record.part(~beyond), motion.part(~beyond)
+        record, motion = record.part(~beyond), taken(motion, ~beyond)
     spikes = lone_spikes(record["force"], noise_level(record["force"]), motion.w)
     if spikes.any():
         notes.append(
             f"{np.count_nonzero(spikes)} isolated impulses of the force ({100 * spikes.mean():.2g} % of the samples) "
             "were left out"
         )
-        record, motion = record.part(~spikes), motion.part(~spikes)
+        record, motion = record.part(~spikes), taken(motion, ~spikes)
     force, inertia, unit = record["force"], rig.number("inertia"), record.units["force"]
     clock_offset = rig.maybe("clock_offset") or 0.0
     notes += notes_on_lag(record, motion, clock_offset)
@@ -157,7 +157,7 @@ def _run(record: Samples, rig: InstrumentRig) -> DirectRun:
         )
     if "normal_force" in record:
         pressed = _pressed(record, notes)
-        record, motion = record.part(pressed), motion.part(pressed)
+        record, motion = record.part(pressed), taken(motion, pressed)
         normal = record["normal_force"]
         friction, error, unit = friction[pressed] / normal, error[pressed] / normal, "1"
     level = rig.maybe("stuck_speed")

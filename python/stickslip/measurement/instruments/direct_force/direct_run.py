@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,11 +22,6 @@ class DirectMotion:
     acceleration_error: Array
     length: str
     cutoff: float
-
-    def part(self, kept: Mask) -> DirectMotion:
-        """The samples that are kept."""
-        names = ("w", "w_error", "acceleration", "acceleration_error")
-        return replace(self, **{name: getattr(self, name)[kept] for name in names})
 
 
 @dataclass(frozen=True)
