@@ -126,7 +126,7 @@ def _force_of_the_position(problem: Problem, law: Law, offset: float) -> list[st
         if motion.indirect or record.displacement is None or not record.both_senses():
             continue
         w, x = motion.slip_velocity[clear], record.displacement[clear]
-        residuals = (record.force - motion.replay(law) - offset)[clear]
+        residuals = motion.difference(law, offset)[clear]
         sense, none = np.where(w < 0, -1.0, 1.0), np.full(w.size, np.nan)
         turning = record.units.get("slip_velocity") == "rad/s"
         rows = Rows(w, residuals, np.ones(w.size), none, x, np.full(w.size, record.name), True, turning=turning)

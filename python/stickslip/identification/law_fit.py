@@ -175,8 +175,5 @@ def _best_start(problem: Problem, guess: Guess) -> Law:
     """Of the first guesses the one with the least misfit."""
     if not guess.candidates:
         return guess.law
-    usual = [
-        np.full_like(residuals, max(float(np.median(np.abs(residuals))), 1e-300))
-        for residuals in problem.residuals(guess.law)
-    ]
+    usual = [max(float(np.median(np.abs(residuals))), 1e-300) for residuals in problem.residuals(guess.law)]
     return min([guess.law, *guess.candidates], key=lambda law: problem.cost(law, usual))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 
@@ -15,7 +14,7 @@ from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.uncertainty import estimate
 from stickslip.laws import Law
 from stickslip.laws.declarations import Number
-from stickslip.laws.numbers import numbers, pointers, put, value
+from stickslip.laws.numbers import Replacement, numbers, value
 
 FARTHEST_FROM_START = 5000.0
 """In its units no number goes farther from its start: a hundred times its size. One that no motion tells would run away."""
@@ -63,7 +62,6 @@ class LawParameters:
         bounds: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
         self.names, self.ties, self.bounds = list(names), dict(ties or {}), dict(bounds or {})
-        self._kind, self._document, self._pointers = type(law), json.dumps(law.to_dict()), pointers(law)
         self._parameters = parameters_of_law(law, names, bounds, ties)
         at = {name: value(law, name) for name in self.names}
         if any(at[name] <= 0 for name, ratio in zip(names, self._parameters.logarithmic, strict=True) if ratio):
@@ -74,16 +72,14 @@ class LawParameters:
         size = np.maximum(size, 0.05 * float(np.median(size)) or 1.0)
         self._unit = np.where(self._parameters.logarithmic, 0.05, 0.02 * size)
         self._start = self._parameters.vector(at)
+        self._replacement = Replacement(law, self._parameters.values(self._start))
         low, high = self._parameters.bounds()
         self.low = np.maximum((low - self._start) / self._unit, -FARTHEST_FROM_START)
         self.high = np.minimum((high - self._start) / self._unit, FARTHEST_FROM_START)
 
     def law(self, numbers: Array) -> Law:
         """The law with these free numbers; an InputError where they make no law."""
-        document = json.loads(self._document)
-        for name, number in self._parameters.values(self._raw(numbers)).items():
-            put(document, self._pointers[name], number)
-        return self._kind.from_dict(document, self._kind.__name__)
+        return self._replacement(self._parameters.values(self._raw(numbers)).values())
 
     def _raw(self, numbers: Array) -> Array:
         return np.asarray(self._start + self._unit * numbers)

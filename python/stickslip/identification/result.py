@@ -88,11 +88,9 @@ class Identification(Result):
                 "slip_velocity": motion.slip_velocity,
                 "force": motion.record.force,
                 "predicted": motion.replay(self.law) + (0.0 if self.offset is None else self.offset["value"]),
-                "compared": False,
+                "compared": motion.compared,
             }
         )
-        for first, last in motion.stretches:
-            frame.loc[first : last - 1, "compared"] = True
         return frame[~motion.record.stuck].reset_index(drop=True)
 
     def held(self) -> dict[str, float]:

@@ -37,6 +37,14 @@ class Inseparable(InputError):
         )
 
 
+def no_evidence(by: str, names: str) -> InputError:
+    """The error for free numbers that change nothing of what is compared, which is named by `by`."""
+    return InputError(
+        f"identify: {by} say nothing about {names}: hold it at a value (fixed, --fixed), ask for a law without it, or add "
+        "records in which it acts"
+    )
+
+
 def own_error(error: npt.ArrayLike, common: npt.ArrayLike) -> Array:
     """What is left of standard errors without the part that rows have in common."""
     return np.asarray(np.sqrt(np.maximum(np.square(error) - np.square(common), 0.0)))

@@ -45,7 +45,7 @@ class _Loop:
 def bogacz_ryczek(data: GuessData) -> Guess:
     """Corners, slopes and climbs of the loops at several drive velocities, and where lines of a kind meet."""
     loops = [loop for record in data.records if (loop := _loop(record)) is not None]
-    climbing = [loop for loop in loops if loop.reversal is not None]
+    climbing = [(loop, loop.reversal) for loop in loops if loop.reversal is not None]
     if not climbing:
         raise InputError(
             "identify: BogaczRyczek needs a record without sticks (almost-harmonic motion): f_s(0), D and the climbs "
@@ -59,7 +59,7 @@ def bogacz_ryczek(data: GuessData) -> Guess:
         )
     corners = np.array([loop.corner for loop in loops])
     width, height = float(corners[:, 0].mean()), float(corners[:, 1].mean())
-    surface, falling, fall_notes = _fall(climbing)
+    surface, falling, fall_notes = _fall([loop for loop, _ in climbing])
     initial = surface.initial
     upper = float(np.median([loop.upper for loop in loops]))
     common = float(np.median([loop.common for loop in loops]))
@@ -85,12 +85,9 @@ def bogacz_ryczek(data: GuessData) -> Guess:
                 f"All stick times lie near {typical:.3g}, so the limit and the rate of static friction cannot be "
                 f"separated: the rate is held at {1 / typical:.3g}, and static friction is known at that stick time only."
             )
-    seen_climbs = [
-        loop for loop in climbing if loop.reversal is not None and loop.peak[0] - loop.reversal[0] > loop.least_climb
-    ]
-    starts = [loop.reversal[0] for loop in seen_climbs if loop.reversal is not None]
+    starts = [w for loop, (w, _) in climbing if loop.peak[0] - w > loop.least_climb]
     # At a turning point beyond D the climb is no longer D's; a climb too narrow to be seen says nothing of that.
-    beyond = max(starts, default=min(loop.reversal[0] for loop in climbing if loop.reversal is not None))
+    beyond = max(starts, default=min(w for _, (w, _) in climbing))
     points, guessed = _climb_points(climbing, initial), {}
     if len(starts) >= 2 and max(starts) - min(starts) > 0.05 * width:
         free += ["D.w", "D.f"]
@@ -172,14 +169,13 @@ def _fall(loops: Sequence[_Loop]) -> tuple[StaticFriction, list[str], list[str]]
     return best[1], names[:count], [f"{said}; these hold {count} force rates, so held at a guess is {held}."]
 
 
-def _climb_points(loops: Sequence[_Loop], initial: float) -> list[tuple[float, float]]:
-    """Points in which the climbs might meet, along the climb of the slowest loop."""
-    slowest = min((loop for loop in loops if loop.reversal is not None), key=lambda loop: loop.reversal or (0.0, 0.0))
-    reversal = slowest.reversal or (0.0, 0.0)
+def _climb_points(loops: Sequence[tuple[_Loop, tuple[float, float]]], initial: float) -> list[tuple[float, float]]:
+    """Points in which the climbs of loops with their reversals might meet, along the climb of the slowest loop."""
+    slowest, reversal = min(loops, key=lambda climb: climb[1])
     rise = max(slowest.peak[1] - reversal[1], 0.01 * initial)
     run = max(slowest.peak[0] - reversal[0], 1e-3 * slowest.corner[0])
     steep = max(rise / run, 0.5 * initial / slowest.corner[0])
-    reach = max(loop.corner[0] for loop in loops) - reversal[0]
+    reach = max(loop.corner[0] for loop, _ in loops) - reversal[0]
     return [(reversal[0] + c * reach, reversal[1] + steep * c * reach) for c in (0.7, 0.9, 1.2)]
 
 
@@ -234,13 +230,13 @@ def _loop(record: FrictionRecord) -> _Loop | None:
 
 def _corner(w: Array, force: Array) -> tuple[tuple[float, float], float, float]:
     """The bent line closest to the points: its bend, the slopes below and above it."""
-    best: tuple[float, tuple[float, float], float, float] | None = None
     low, high = float(w.min()), float(w.max())
-    for corner in np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 29):
+
+    def bent(corner: float) -> tuple[float, tuple[float, float], float, float]:
         columns = np.stack([np.ones_like(w), np.minimum(w - corner, 0.0), np.maximum(w - corner, 0.0)], axis=1)
-        numbers, *_ = np.linalg.lstsq(columns, force, rcond=None)
-        misfit = float(np.sum((force - columns @ numbers) ** 2))
-        if best is None or misfit < best[0]:
-            best = (misfit, (float(corner), float(numbers[0])), float(numbers[1]), float(numbers[2]))
-    assert best is not None
-    return best[1:]
+        level, below, above = np.linalg.lstsq(columns, force, rcond=None)[0].tolist()
+        misfit = float(np.sum((force - columns @ np.array([level, below, above])) ** 2))
+        return misfit, (corner, level), below, above
+
+    corners = np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 29).tolist()
+    return min(map(bent, corners), key=lambda found: found[0])[1:]

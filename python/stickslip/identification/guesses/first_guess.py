@@ -306,7 +306,7 @@ def _through_nodes(
             "The records hold no break-away, so the break-away force was set to the kinetic force at w = 0, which is an "
             "extrapolation."
         )
-    pairs = tuple((float(w), float(f)) for w, f in zip(nodes, values, strict=True))
+    pairs = tuple(zip(nodes.tolist(), values.tolist(), strict=True))
     return Guess(law(nodes=pairs, break_away=top), free, ties=ties, notes=notes)
 
 

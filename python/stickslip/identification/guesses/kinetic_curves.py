@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -59,29 +60,36 @@ def _least(
     speed: Array, force: Array, basis: Callable[[float], list[Array]], low: Sequence[float], shapes: Array = SHAPES
 ) -> tuple[float, list[float]]:
     """The shape on the grid and the numbers, none below its `low`, with the least squares."""
-    best: tuple[float, float, list[float]] | None = None
-    for shape in shapes * float(speed.max()):
-        turned, triangle = np.linalg.qr(np.stack(basis(float(shape)), axis=1))
+
+    def fitted(shape: float) -> tuple[float, float, list[float]]:
+        turned, triangle = np.linalg.qr(np.stack(basis(shape), axis=1))
         found = lsq_linear(triangle, turned.T @ force, bounds=(np.array(low, float), np.inf))
-        if best is None or found.cost < best[0]:
-            best = (float(found.cost), float(shape), [float(number) for number in found.x])
-    assert best is not None
-    return best[1], best[2]
+        return float(found.cost), shape, found.x.tolist()
+
+    _, shape, numbers = min(map(fitted, (shapes * float(speed.max())).tolist()), key=lambda found: found[0])
+    return shape, numbers
+
+
+def _with_fall(
+    w: Array, force: Array, fall: Callable[[float], Law], beside: Array, least: float = -np.inf, shapes: Array = SHAPES
+) -> tuple[float, float, float, float]:
+    """Break-away, kinetic, scale and number of `beside` of f_k + (f_s − f_k) fall(w) + number · beside through samples.
+
+    `fall` gives for a scale the law that falls from 1 to 0; the number of `beside` is no less than `least`.
+    """
+    low = [0.0, LEAST_DROP * float(np.abs(force).max()), least]
+    scale, (kinetic, drop, number) = _least(
+        w, force, lambda s: [np.ones_like(w), fall(s).kinetic_force(w), beside], low, shapes
+    )
+    return kinetic + drop, kinetic, scale, number
 
 
 def stribeck_of(
     w: Array, force: Array, exponent: float, least_viscous: float = -np.inf, shapes: Array = SHAPES
 ) -> tuple[float, float, float, float]:
     """Break-away, kinetic, scale and viscous of f_k + (f_s − f_k) exp(−(w/w_s)^exponent) + b w through these samples."""
-    low = [0.0, LEAST_DROP * float(np.abs(force).max()), least_viscous]
-    scale, (kinetic, drop, viscous) = _least(
-        w,
-        force,
-        lambda s: [np.ones_like(w), ExponentialStribeck(1.0, 0.0, s, exponent=exponent).kinetic_force(w), w],
-        low,
-        shapes,
-    )
-    return kinetic + drop, kinetic, scale, viscous
+    fall = partial(ExponentialStribeck, 1.0, 0.0, exponent=exponent)
+    return _with_fall(w, force, fall, w, least_viscous, shapes)
 
 
 def exponential(data: GuessData) -> Guess:
@@ -101,21 +109,14 @@ def exponential(data: GuessData) -> Guess:
 
 def _lorentzian(data: GuessData) -> Guess:
     w, force = curve_of(data, "Lorentzian")
-    low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
-    scale, (kinetic, drop, viscous) = _least(
-        w, force, lambda s: [np.ones_like(w), Lorentzian(1.0, 0.0, s).kinetic_force(w), w], low
-    )
-    law = Lorentzian(kinetic + drop, kinetic, scale, viscous)
+    law = Lorentzian(*_with_fall(w, force, partial(Lorentzian, 1.0, 0.0), w))
     return Guess(law, ["break_away", "kinetic", "scale", "viscous"])
 
 
 def _popp_stelter(data: GuessData) -> Guess:
     w, force = curve_of(data, "PoppStelter")
-    low = [0.0, LEAST_DROP * float(np.abs(force).max()), -np.inf]
-    scale, (kinetic, drop, square) = _least(
-        w, force, lambda s: [np.ones_like(w), Rational(1.0, 1 / s).kinetic_force(w), w**2], low
-    )
-    law = PoppStelter(kinetic + drop, kinetic, 1 / scale, square)
+    break_away, kinetic, scale, square = _with_fall(w, force, lambda s: Rational(1.0, 1 / s), w**2)
+    law = PoppStelter(break_away, kinetic, 1 / scale, square)
     return Guess(law, ["break_away", "kinetic", "weakening", "square"])
 
 
@@ -150,7 +151,7 @@ def _tabulated(data: GuessData) -> Guess:
     nodes = np.linspace(0.0, float(np.quantile(w, 0.95)), data.pieces + 1)
     hats = hats_at(w, nodes)
     values = np.maximum(np.linalg.lstsq(hats, force, rcond=None)[0], 0.0)
-    kinetic = tuple((float(a), float(b)) for a, b in zip(nodes, values, strict=True))
+    kinetic = tuple(zip(nodes.tolist(), values.tolist(), strict=True))
     free = [f"kinetic[{i}].force" for i in range(nodes.size)]
     if len(data.rows) < 2:
         note = "The records hold no break-away, so static friction is the kinetic force at w = 0, an extrapolation."
@@ -196,7 +197,7 @@ def _two_branch(data: GuessData) -> Guess:
         hats = hats_at(speed, nodes)
         ridge = 1e-6 * np.eye(nodes.size) * speed.size
         values = np.linalg.solve(hats.T @ hats + ridge, hats.T @ force + ridge @ np.full(nodes.size, np.mean(force)))
-        branches.append(tuple((float(a), float(b)) for a, b in zip(nodes, np.maximum(values, 0.0), strict=True)))
+        branches.append(tuple(zip(nodes.tolist(), np.maximum(values, 0.0).tolist(), strict=True)))
     up, down = branches
     free = [f"{name}[{i}].force" for name in ("rising", "falling") for i in range(nodes.size)]
     free += [f"{name}[{i}].slip_velocity" for name in ("rising", "falling") for i in range(1, nodes.size - 1)]

@@ -24,14 +24,8 @@ def requested_guess(kind: type[Law], start: Law | None, data: GuessData, options
         guess = first_guess(kind, data)
         if start is not None:
             known = pointers(start)
-            guess = Guess(
-                start,
-                [name for name in guess.free if name in known],
-                guess.ties,
-                guess.notes,
-                bounds=guess.bounds,
-                guessed=guess.guessed,
-            )
+            names = [name for name in guess.free if name in known]
+            guess = replace(guess, law=start, free=names, candidates=[], held={}, wider=[], starts=[])
     if asked is not None:
         guess = replace(guess, candidates=[*guess.candidates, *guess.starts], wider=[])
     guess = _with_ties(guess, asked, options.ties)

@@ -47,15 +47,9 @@ def _bristles(
     `law` makes one from stiffness, damping and a factor of all its other forces. Where bristles of another stiffness than the
     stiffest lie clearly closer to the record, it shows how force rises after a reversal.
     """
-    mass = float(np.median([record.constants.get("mass", 1.0) for record in data.records]))
-    reach = max(_reach(data), 1e-12)
-
-    def numbers(share: float) -> tuple[float, float]:
-        stiffness = max(force, 1e-12) / (share * reach)
-        return stiffness, float(np.sqrt(stiffness * mass))
 
     def of_deflection(share: float) -> tuple[float, Law]:
-        stiffness, damping = numbers(share)
+        stiffness, damping = _stiffness_and_damping(data, force, share)
         factor = _factor(data, law(stiffness, damping, 1.0))
         closest = law(factor * stiffness, factor * damping, factor)
         return _misfit(data, closest), closest
@@ -64,8 +58,15 @@ def _bristles(
     misfit, closest = min(softer, key=lambda found: found[0])
     if misfit < SHOWN * usual[0]:
         return closest, [name for name in ("stiffness", "damping") if name in closest.PARAMETERS], {}
-    stiffness, damping = numbers(STIFF)
+    stiffness, damping = _stiffness_and_damping(data, force, STIFF)
     return law(stiffness, damping, 1.0), [], {"stiffness": _held_stiffness(stiffness)}
+
+
+def _stiffness_and_damping(data: GuessData, force: float, share: float) -> tuple[float, float]:
+    """Of bristles that this force deflects by a share of the range of motion; the damping is √(stiffness · mass)."""
+    mass = float(np.median([record.constants.get("mass", 1.0) for record in data.records]))
+    stiffness = max(force, 1e-12) / (share * _reach(data))
+    return stiffness, math.sqrt(stiffness * mass)
 
 
 def _replayed(data: GuessData, law: Law) -> Array:
@@ -87,9 +88,9 @@ def _misfit(data: GuessData, law: Law) -> float:
 
 
 def _reach(data: GuessData) -> float:
-    """Range of the motion about its mean velocity."""
+    """Range of the motion about its mean velocity, above zero."""
     paths = [record.slip_velocity * record.step for record in data.records]
-    return float(np.median([np.ptp(np.cumsum(path - path.mean())) for path in paths]))
+    return max(float(np.median([np.ptp(np.cumsum(path - path.mean())) for path in paths])), 1e-12)
 
 
 def _dahl(data: GuessData) -> Guess:
@@ -139,21 +140,18 @@ def _bristles_and_curves(data: GuessData) -> dict[float, list[tuple[float, LuGre
     """
     w, _ = curve_of(data, "LuGre")
     force = float(np.quantile(np.abs(_measured(data)), 0.9))
-    mass = float(np.median([record.constants.get("mass", 1.0) for record in data.records]))
-    reach = max(_reach(data), 1e-12)
+    reach = _reach(data)
     settled = np.concatenate([_since_reversal(record)[~record.stuck] for record in data.records])
     found = {}
     for share in (STIFF, *SOFTER):
         kept = settled > SETTLED * share * reach
         speed, along = data.curve if np.count_nonzero(kept) < 0.1 * w.size else (w[kept], data.curve[1][kept])
-        stiffness = max(force, 1e-12) / (share * reach)
+        stiffness, damping = _stiffness_and_damping(data, force, share)
         laws = []
         for shapes in (SHAPES, *SHAPES[::4, None]):
             break_away, kinetic, scale, viscous = stribeck_of(speed, along, 2.0, least_viscous=0.0, shapes=shapes)
             for part in DAMPING:
-                law = LuGre(
-                    stiffness, part * math.sqrt(stiffness * mass), viscous, max(kinetic, 1e-12), break_away, scale
-                )
+                law = LuGre(stiffness, part * damping, viscous, max(kinetic, 1e-12), break_away, scale)
                 laws.append((_misfit(data, law), law))
         found[share] = sorted(laws, key=lambda law: law[0])
     return found
@@ -197,7 +195,7 @@ def _rate_state(data: GuessData) -> Guess:
     slope, level = np.polyfit(np.log(speed[inside] / middle), force[inside] / normal, 1)
     level = max(float(level), 1e-6)
     direct = max(DIRECT * level, 2 * float(slope))
-    length = 0.1 * max(_reach(data), 1e-12)
+    length = 0.1 * _reach(data)
     notes = [
         f"The normal force is held at {normal:.3g}"
         + ("" if weights else ", as the rig states none: friction is over it")

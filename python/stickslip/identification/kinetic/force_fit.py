@@ -82,10 +82,9 @@ def fit_forces(problem: Problem, start: Law) -> ForceFit:
         where the records say nothing about one of the free numbers.
     """
     numbers = problem.numbers(start)
-    low, high = problem.bounds()
+    low, high = problem.parameters.bounds()
     # A search cannot start on a limit.
-    inside = 1e-6 * np.array([problem.scale(name) for name in problem.free])
-    numbers = np.clip(numbers, low + inside, high - inside)
+    numbers = np.clip(numbers, low + 1e-6 * problem.scales, high - 1e-6 * problem.scales)
     problem.refuse_silent(problem.at(numbers))
     first = numbers
     groups = problem.groups_at(numbers)
@@ -132,7 +131,7 @@ def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Arra
     return minimize(
         scaled,
         [numbers],
-        problem.bounds(),
+        problem.parameters.bounds(),
         partial(problem.jacobian, residuals=scaled),
         evaluations=effort,
         tolerance=1e-9,
@@ -244,8 +243,8 @@ def _result(
     excess = np.concatenate([whole / a**2 for whole, a in zip(together, assumed, strict=True)])
     spread = inner * excess[:, None]
     covariance = inner.T @ spread / np.outer(length, length)
-    share = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for a, b in pairwise(edges)])
-    share = share / share.sum(axis=0)
+    parts = _sums(inner * spread, edges)
+    share = parts / parts.sum(axis=0)
     # Few independent rows: each group's variance is that of its residuals over its own degrees of freedom.
     leverage = np.array([np.sum(left[a:b] ** 2) for a, b in pairwise(edges)])
     alone = [float(np.mean(s**2 / whole)) for s, whole in zip(sigma, together, strict=True)]
@@ -262,11 +261,11 @@ def _result(
         column = np.concatenate(groups) * factor
         scores = np.concatenate([cluster_scores(left, column, cuts) for cuts in cycles]) / singular @ right / length
         excessive = np.sum(scores**2, axis=0) / np.diag(covariance)
-        part = np.array([np.sum(inner[a:b] * spread[a:b], axis=0) for cuts in cycles for a, b in pairwise(cuts)])
+        part = np.concatenate([_sums(inner * spread, cuts) for cuts in cycles])
         freedom_of = np.where(excessive > 1, np.sum(part, axis=0) ** 2 / np.sum(part**2, axis=0), freedom_of)
         covariance = covariance * np.sqrt(np.outer(np.maximum(excessive, 1), np.maximum(excessive, 1)))
     law = problem.at(numbers)
-    repeats, freedom_there = _repeats(problem, law, problem.offset(numbers), inner, factor, spread, edges, freedom)
+    repeats, freedom_there = _repeats(problem, law, problem.offset(numbers), inner, factor, parts, edges, freedom)
     covariance = covariance * np.sqrt(np.outer(repeats, repeats))
     freedom_of = np.where(repeats > 1, freedom_there, freedom_of)
     shifts = {
@@ -308,13 +307,18 @@ def _result(
     )
 
 
+def _sums(rows: Array, edges: Sequence[int] | Indices) -> Array:
+    """Sums of the rows between edges, shape (edges - 1, columns)."""
+    return np.array([np.sum(rows[a:b], axis=0) for a, b in pairwise(edges)])
+
+
 def _repeats(
     problem: Problem,
     law: Law,
     offset: float,
     inner: Array,
     factor: Array,
-    spread: Array,
+    parts: Array,
     edges: Indices,
     freedom: Array,
 ) -> tuple[Array, Array]:
@@ -325,11 +329,11 @@ def _repeats(
 
     Returns
     -------
-    the growth, at least 1, and the degrees of freedom of the grown variance, from the `freedom` of each group of rows and,
-    where it is that of samples, from how many independent ones there are.
+    the growth, at least 1, of the variance that is the sum of `parts`, one for each group of rows; and the degrees of freedom
+    of the grown variance, from the `freedom` of each group of rows and, where it is that of samples, from how many
+    independent ones there are.
     """
-    seen = np.stack([np.sum(inner[a:b] * spread[a:b], axis=0) for a, b in pairwise(edges)])
-    found, free = seen.copy(), np.repeat(freedom[:, None], seen.shape[1], axis=1)
+    found, free = parts.copy(), np.repeat(freedom[:, None], parts.shape[1], axis=1)
     for i, (number, kind) in enumerate(problem.groups):
         motion = problem.motions[number]
         if kind != "kinetic" or motion.indirect:
@@ -338,16 +342,16 @@ def _repeats(
         period = recurrence(w)
         if not period:
             continue
-        rows, parts = motion.shares(motion.record.force - motion.replay(law) - offset)
+        rows, rests = motion.shares(motion.difference(law, offset))
         weight = inner[edges[i] : edges[i + 1]] * factor[edges[i] : edges[i + 1], None]
-        scores = weight[rows] * parts[:, None]
+        scores = weight[rows] * rests[:, None]
         inflation = np.array([variance_inflation(score, period) for score in scores.T])
         of_samples = np.sum(scores**2, axis=0) * inflation
-        independent = np.maximum(rows.size / inflation - seen.shape[1], 1.0)
+        independent = np.maximum(rows.size / inflation - parts.shape[1], 1.0)
         free[i] = np.where(of_samples > found[i], independent, free[i])
         found[i] = np.maximum(found[i], of_samples)
     share = found / found.sum(axis=0)
-    return found.sum(axis=0) / seen.sum(axis=0), 1 / np.sum(share**2 / free, axis=0)
+    return found.sum(axis=0) / parts.sum(axis=0), 1 / np.sum(share**2 / free, axis=0)
 
 
 def _cycles(problem: Problem, edges: Indices) -> list[list[int]]:

@@ -13,8 +13,7 @@ import pandas as pd
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import has_effect
-from stickslip.identification.estimator.residual_statistics import robust_scale
-from stickslip.identification.estimator.uncertainty import own_error
+from stickslip.identification.estimator.uncertainty import no_evidence, own_error
 from stickslip.identification.kinetic.replayed_motion import WITH_MEMORY, Motion
 from stickslip.identification.law_parameters import parameters_of_law
 from stickslip.identification.records import FrictionRecord
@@ -99,7 +98,7 @@ class Problem:
                 "identify: the records hold no stretch of slip whose history is known: take longer records, with "
                 "several periods of the motion"
             )
-        self._scales = self._natural_scales()
+        self.scales = self._natural_scales()
         force = max(float(np.max(np.abs(motion.record.force))) for motion in self.motions)
         stiff = max(max(motion.record.constants.get("stiffness", 1.0), 1.0) for motion in self.motions)
         self.rounding = max(1e-9 * force / stiff, 1e-300)
@@ -123,14 +122,15 @@ class Problem:
         own = own_error(table["force_error"].fillna(0.0), shared)
         return table.assign(rate=rate, loading=loading, sense=sense, stated=np.hypot(own, rate * late))
 
-    def _natural_scales(self) -> dict[str, float]:
+    def _natural_scales(self) -> Array:
+        """A natural size of each free number."""
         force = float(np.median([np.median(np.abs(m.record.force[~m.record.stuck])) for m in self.motions]))
         speed = float(np.max([np.max(np.abs(m.slip_velocity)) for m in self.motions]))
         force, speed = max(force, 1e-300), max(speed, 1e-300)
         sizes = {"": 1.0, "angle": 1.0, "velocity": speed, "force velocity^-1": force / speed}
         known = numbers(self.law)
         by_name = {name: 1.0 if item.ratio else sizes.get(item.dimension, force) for name, item in known.items()}
-        return {name: by_name.get(name, force) for name in self.free}
+        return np.array([by_name.get(name, force) for name in self.free])
 
     def late(self, law: Law) -> list[Array]:
         """For each group how its residuals change by what all rows of its record share, by one standard error.
@@ -191,14 +191,6 @@ class Problem:
         """The constant in the measured force."""
         return float(numbers[-1]) if self.free[-1] == OFFSET else 0.0
 
-    def scale(self, name: str) -> float:
-        """A natural size of a number."""
-        return self._scales[name]
-
-    def bounds(self) -> tuple[Array, Array]:
-        """Limits of the search vector."""
-        return self.parameters.bounds()
-
     # --- residuals
 
     def residuals(self, law: Law, offset: float = 0.0) -> list[Array]:
@@ -213,7 +205,7 @@ class Problem:
                 if offset:
                     rest = rest - offset * table.sense
                 if self.relative:
-                    ahead = motion.record.force - motion.replay(law) - offset
+                    ahead = motion.difference(law, offset)
                     means = [motion.record.sense(*slip) * motion.work_mean(ahead, *slip) for slip in table.slip]
                     rest = rest - np.array(means)
                 found.append(rest)
@@ -231,15 +223,14 @@ class Problem:
         """Root mean square of measured minus predicted kinetic force."""
         parts = []
         for motion in self.motions:
-            residuals = motion.record.force - motion.replay(law) - offset
+            residuals = motion.difference(law, offset)
             parts += [residuals[a:b] for a, b in motion.stretches]
         return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else math.nan
 
-    def cost(self, law: Law, scales: Sequence[Array] | None = None) -> float:
+    def cost(self, law: Law, scales: Sequence[float]) -> float:
         """Sum over the groups of the mean of ρ(r / scale): a quick judgement between starting points."""
         total = 0.0
-        for i, residuals in enumerate(self.residuals(law)):
-            scale = robust_scale(residuals) if scales is None else scales[i]
+        for residuals, scale in zip(self.residuals(law), scales, strict=True):
             total += float(np.mean(2 * (np.sqrt(1 + (residuals / scale) ** 2) - 1)))
         return total
 
@@ -248,11 +239,10 @@ class Problem:
 
         The replay of a law with memory is continuous but has kinks, so the steps are wider than rounding asks for.
         """
-        low, high = self.bounds()
+        low, high = self.parameters.bounds()
         here: Array | None = None
         columns = []
-        for j, name in enumerate(self.free):
-            h = 1e-4 * (abs(numbers[j]) + 0.1 * self._scales[name])
+        for j, h in enumerate(1e-4 * (np.abs(numbers) + 0.1 * self.scales)):
             sides = []
             for step in (h, -h):
                 trial = numbers.copy()
@@ -272,10 +262,7 @@ class Problem:
         """Refuse free numbers of which the residuals say nothing, one flag for each."""
         names = [name for name, none in zip(self.free, silent, strict=True) if none]
         if names:
-            raise InputError(
-                f"identify: the records say nothing about {', '.join(names)} of {type(self.law).__name__}: hold it at a "
-                "value (fixed, --fixed), ask for a law without it, or add records in which it acts"
-            )
+            raise no_evidence("the records", f"{', '.join(names)} of {type(self.law).__name__}")
 
     def refuse_silent(self, start: Law) -> None:
         """Refuse a free number that acts neither at the start nor beside it, before anything is searched.
@@ -283,9 +270,9 @@ class Problem:
         A number that does not act at one place may act at another, such as a node that other numbers move. So it is looked
         for at the start, and where all others lie a tenth of their size above and below.
         """
-        low, high = self.bounds()
+        low, high = self.parameters.bounds()
         middle = self.numbers(start)
-        tenth = 0.1 * (np.abs(middle) + 0.1 * np.array([self._scales[name] for name in self.free]))
+        tenth = 0.1 * (np.abs(middle) + 0.1 * self.scales)
         silent = np.ones(len(self.free), dtype=bool)
         for side in (0.0, 1.0, -1.0):
             try:

@@ -86,7 +86,7 @@ class Motion:
         stretches: list[tuple[int, int]] = []
         for (first, last), turn in zip(slips, turns, strict=True):
             start = first
-            if issubclass(law, WITH_MEMORY) and not _known_start(compact, first):
+            if issubclass(law, WITH_MEMORY) and compact.stuck[:first].all():
                 # The first climb begins on a branch that is not known; where it has ended the memory is.
                 ends = [int(b) for a, b in pairwise(turn) if _is_minimum(w, int(a), first, last)]
                 if not ends:
@@ -122,9 +122,26 @@ class Motion:
         """Whether force was measured by the indirect method, with the constants of the oscillator known."""
         return self.latent is not None
 
+    @property
+    def _rows_more(self) -> int:
+        """Rows of :meth:`misfit` that a stretch has beside its samples: 1 where an error of the last turn is bounded."""
+        return int(self.indirect and issubclass(self.law, WITH_MEMORY))
+
+    @cached_property
+    def compared(self) -> Mask:
+        """Which samples lie in a stretch, shape (n,)."""
+        inside = np.zeros(self.record.time.size, dtype=bool)
+        for first, last in self.stretches:
+            inside[first:last] = True
+        return inside
+
     def replay(self, law: Law) -> Array:
         """Friction force of `law` along the motion, shape (n,)."""
         return law._along(*self._columns)
+
+    def difference(self, law: Law, offset: float = 0.0) -> Array:
+        """Measured minus predicted force of every sample, shape (n,)."""
+        return np.asarray(self.record.force - self.replay(law) - offset)
 
     def work_mean(self, force: Array, first: int, last: int) -> float:
         """Mean of a force over the slip path."""
@@ -136,8 +153,7 @@ class Motion:
     def misfit_error(self) -> Array:
         """What is known of the noise of :meth:`misfit` beforehand, in its unit and shape; 0 where nothing is."""
         if not self.by_work:
-            remembers = self.latent is not None and issubclass(self.law, WITH_MEMORY)
-            return np.zeros(sum(b - a + remembers for a, b in self.stretches))
+            return np.zeros(sum(b - a + self._rows_more for a, b in self.stretches))
         if self.latent is not None:
             return np.array([self._work_error(a, b) for a, b in self.stretches])
         errors = []
@@ -200,9 +216,8 @@ class Motion:
             for i in turn
             if _is_minimum(w, int(i), first, last)
         ]
-        remembers = self.latent is not None and issubclass(self.law, WITH_MEMORY)
         for a, b in self.stretches:
-            rows += [rows[-1] + i - a for i in slowest if a < i < b] + [rows[-1] + b - a + remembers]
+            rows += [rows[-1] + i - a for i in slowest if a < i < b] + [rows[-1] + b - a + self._rows_more]
         return rows
 
     def misfit(self, law: Law, offset: float = 0.0) -> Array:
@@ -454,14 +469,6 @@ def _alternating(speed: Array, inner: Indices) -> Indices:
 def _is_minimum(w: Array, i: int, first: int, last: int) -> bool:
     reach = max((last - first) // 200, 1)
     return bool(abs(w[i]) <= abs(w[max(i - reach, first)]) and abs(w[i]) <= abs(w[min(i + reach, last - 1)]))
-
-
-def _known_start(record: FrictionRecord, first: int) -> bool:
-    """Whether the slip follows a stick whose beginning lies in the record."""
-    if first == 0:
-        return False
-    before = np.flatnonzero(~record.stuck[:first])
-    return before.size > 0
 
 
 def _force_rate(record: FrictionRecord, compact: FrictionRecord) -> Array:

@@ -244,11 +244,8 @@ def held_back(
     for motion in problem.motions:
         usual = float(np.median(motion.record.force_error)) or 1.0
         weight = usual / np.maximum(motion.record.force_error, usual)
-        residuals = weight * (motion.record.force - motion.replay(fitted.law) - constant)
-        compared = np.zeros(residuals.size, dtype=bool)
-        for first, last in motion.stretches:
-            compared[first:last] = True
-        kinetic.append(np.where(compared, residuals, np.nan)[~motion.record.stuck])
+        residuals = weight * motion.difference(fitted.law, constant)
+        kinetic.append(np.where(motion.compared, residuals, np.nan)[~motion.record.stuck])
     groups = problem.residuals(fitted.law, constant)
     breaks = [
         residuals / problem.approach(fitted.law, number)

@@ -16,7 +16,7 @@ from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import has_effect, levenberg_marquardt, minimize, robust
 from stickslip.identification.estimator.record_scatter import BY_CHANCE
 from stickslip.identification.estimator.residual_statistics import correlation_time, recurrence, variance_inflation
-from stickslip.identification.estimator.uncertainty import inverse
+from stickslip.identification.estimator.uncertainty import inverse, no_evidence
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.trajectory.motion_misfit import MotionMisfit
 from stickslip.identification.trajectory.search import LIKE_NOISE, Refined, distance
@@ -239,10 +239,7 @@ class SingleShooting:
             instrument = np.stack([np.ones(b - a), misfit.displacement], axis=1) * self.instrument_error / sigma
             scores += slopes[a:b].T @ instrument / excess
         if (silent := self.without_effect(unknowns)) or not np.diag(information).all():
-            raise InputError(
-                f"identify: the motions say nothing about {', '.join(silent) or 'the shift of a record'}: hold it at a "
-                "value (fixed, --fixed), ask for a law without it, or add records in which it acts"
-            )
+            raise no_evidence("the motions", ", ".join(silent) or "the shift of a record")
         bread = inverse(information, self.free.names)
         return bread, bread @ scores
 

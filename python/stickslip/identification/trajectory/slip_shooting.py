@@ -19,7 +19,7 @@ from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.identification.estimator.least_squares import OUTLIER, levenberg_marquardt
 from stickslip.identification.estimator.residual_statistics import correlation_time, robust_scale
-from stickslip.identification.estimator.uncertainty import inverse
+from stickslip.identification.estimator.uncertainty import inverse, no_evidence
 from stickslip.identification.law_parameters import LawParameters
 from stickslip.identification.records import FrictionRecord
 from stickslip.identification.trajectory.first_passage import (
@@ -340,10 +340,7 @@ class SlipShooting:
         taken into account; what an error of the instrument's zero and scale, common to all, would do is added.
         """
         if silent := self.without_effect(unknowns):
-            raise InputError(
-                f"identify: the slips say nothing about {', '.join(silent)}: hold it at a value (fixed, --fixed), ask "
-                "for a law without it, or add records in which it acts"
-            )
+            raise no_evidence("the slips", ", ".join(silent))
         moving = [j for j in range(self.count) if j not in static]
         order = [*moving, *static]
         residuals, slopes = self.residuals(unknowns), self.slopes(unknowns)
