@@ -31,6 +31,11 @@ def robust_scale(residuals: Array) -> float:
     return scale if scale > 0 else float(np.sqrt(np.mean(residuals**2)))
 
 
+def median_error(values: Array) -> float:
+    """Standard error of the median of normal numbers, from their robust scatter about it."""
+    return 1.2533 * robust_scale(values - np.median(values)) / math.sqrt(values.size)
+
+
 def clipped_scale(residuals: Array) -> float:
     """Standard deviation of normal residuals, nearly as sure as the ordinary one; an outlier counts as two of them.
 

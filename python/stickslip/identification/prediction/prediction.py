@@ -17,7 +17,7 @@ from stickslip.errors import InputError, number
 from stickslip.files.arrays import Array
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
-from stickslip.identification.estimator.residual_statistics import correlation_time, robust_scale
+from stickslip.identification.estimator.residual_statistics import correlation_time, median_error
 from stickslip.identification.estimator.threads import one_thread
 from stickslip.identification.prediction.agreement import (
     CYCLES,
@@ -395,7 +395,7 @@ def _rate(times: Array) -> tuple[float, float]:
         return math.nan, math.nan
     gaps = np.diff(times)
     middle = float(np.median(gaps))
-    return 1 / middle, 1.2533 * robust_scale(gaps - middle) / math.sqrt(gaps.size) / middle**2
+    return 1 / middle, median_error(gaps) / middle**2
 
 
 def _measured(run: FrictionRecord, system: Oscillator) -> dict[str, tuple[float, float]]:
@@ -403,8 +403,7 @@ def _measured(run: FrictionRecord, system: Oscillator) -> dict[str, tuple[float,
     found = {"stick_time": (math.nan, math.nan)}
     stick = run.break_away["stick_time"].dropna().to_numpy()
     if stick.size >= 2:
-        middle = float(np.median(stick))
-        found["stick_time"] = (middle, 1.2533 * robust_scale(stick - middle) / math.sqrt(stick.size))
+        found["stick_time"] = (float(np.median(stick)), median_error(stick))
     found["stick_rate"] = _rate(run.break_away["t"].to_numpy())
     # Whole cycles: over them the friction is that of the spring, and what came before the motion was steady is left out.
     steady = steady_part(pd.DataFrame({"time": run.time, "force": run.force}), run)["force"].to_numpy()

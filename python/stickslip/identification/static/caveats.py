@@ -10,7 +10,7 @@ import pandas as pd
 
 from stickslip.files.units import unit_of
 from stickslip.identification.estimator.least_squares import linear
-from stickslip.identification.estimator.residual_statistics import robust_scale
+from stickslip.identification.estimator.residual_statistics import median_error, robust_scale
 from stickslip.identification.static.form_fit import StaticFit, choose
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.identification.static.rows import FEWEST_ROWS, common_error, one_rate
@@ -68,19 +68,13 @@ def notes_on_unlike_records(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -
     """
     fit = min((fits[name] for name in OF_STICK_TIME if name in fits), key=lambda fit: fit.criterion)
     residuals = pd.Series(fit.residuals, index=rows.index)
-    parts = [part.to_numpy() for _, part in residuals.groupby(rows["record"]) if len(part) >= FEWEST_ROWS]
+    parts = [part for _, part in residuals.groupby(rows["record"]) if len(part) >= FEWEST_ROWS]
     if len(parts) < 2:
         return []
     middle = np.array([float(np.median(part)) for part in parts])
-    error = np.array([1.2533 * robust_scale(part - np.median(part)) / math.sqrt(len(part)) for part in parts])
     late = common_error(rows)
     error = np.hypot(
-        error,
-        [
-            float(np.median(late[part.index]))
-            for _, part in residuals.groupby(rows["record"])
-            if len(part) >= FEWEST_ROWS
-        ],
+        [median_error(part.to_numpy()) for part in parts], [float(np.median(late[part.index])) for part in parts]
     )
     if float(np.sum((middle / np.maximum(error, 1e-300)) ** 2)) < 10 * len(parts):
         return []
