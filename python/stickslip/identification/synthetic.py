@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError, number
+from stickslip.files.arrays import Array
 from stickslip.identification.trajectory.first_passage import own_number
 from stickslip.laws.numbers import value, with_values
 from stickslip.model.system import Oscillator
@@ -146,7 +147,7 @@ def _record(
         if number(what, noise, "friction_of_orbit") < 0:
             raise InputError(f"friction_of_orbit: {what} must not be negative, got {noise}")
     force_noise, displacement_noise = noises
-    t: NDArray[np.float64] = sampled["time"].to_numpy()
+    t: Array = sampled["time"].to_numpy()
     random = np.random.default_rng(seed)
     sampled["force"] = sampled["force"] + force_noise * random.standard_normal(t.size)
     sampled["force_error"] = ("time", np.full(t.size, float(force_noise)))

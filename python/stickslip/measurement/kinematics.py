@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from stickslip import _core
 from stickslip.errors import InputError, did_you_mean
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.measurement.indirect.method import measure_indirectly
 from stickslip.measurement.instruments import InstrumentRig
 from stickslip.measurement.masses import masses_of, opened
@@ -33,7 +32,7 @@ METHODS = ("pieces", "spline", "savitzky_golay", "kalman")
 class _SmoothMotion:
     time: Array
     smooth: Smooth
-    stuck: npt.NDArray[np.bool_]
+    stuck: Mask
     notes: tuple[str, ...]
     source: str
 

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.files.disk import read_bytes
 from stickslip.files.netcdf import read_tree
 from stickslip.files.units import FARTHEST, find_unit
@@ -203,7 +202,7 @@ def _pixel(table: Table, column: str) -> float | None:
     return pixel if pixel > 0 else None
 
 
-def in_window(time: Array, window: tuple[float, float] | None) -> npt.NDArray[np.bool_]:
+def in_window(time: Array, window: tuple[float, float] | None) -> Mask:
     """The rows of a record from the first to the last stamp in [first, end) s; all where there is no window.
 
     A row between these whose stamp is no number is among them, to be refused; what lies outside is nobody's concern.

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy import optimize
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 
 OUTLIER = 3.0
 """Residuals beyond that many standard deviations lose weight."""
@@ -189,6 +188,6 @@ def levenberg_marquardt(
     return at
 
 
-def has_effect(slopes: Any) -> npt.NDArray[np.bool_]:
+def has_effect(slopes: Any) -> Mask:
     """Which unknowns change a residual."""
     return np.asarray(abs(slopes).sum(axis=0)).ravel() > 0

@@ -9,7 +9,6 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
@@ -138,9 +137,7 @@ def _solve(problem: Problem, numbers: Array, factor: Array, effort: int) -> Arra
     ).vector
 
 
-def _scales(
-    problem: Problem, groups: Sequence[Array], apart: npt.NDArray[np.float64]
-) -> tuple[list[Array], list[float], list[float]]:
+def _scales(problem: Problem, groups: Sequence[Array], apart: Array) -> tuple[list[Array], list[float], list[float]]:
     """Standard deviation of each row and correlation time of each group, beside what sets the records apart.
 
     The correlation times come twice: for the weights, and for the errors, where what each break-away is known to have as an
@@ -196,9 +193,7 @@ def _record_scatter(problem: Problem, groups: Sequence[Array], common: Sequence[
     return found
 
 
-def _assumed(
-    problem: Problem, sigma: Sequence[Array], tau: Sequence[float], apart: npt.NDArray[np.float64]
-) -> list[Array]:
+def _assumed(problem: Problem, sigma: Sequence[Array], tau: Sequence[float], apart: Array) -> list[Array]:
     """Standard deviations by which rows are weighed in the fit, as if each row stood alone.
 
     Where the noise of the instrument is known it is that: a group that fits badly may not excuse itself by a large

@@ -7,11 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.identification.estimator.least_squares import has_effect
 from stickslip.identification.estimator.uncertainty import no_evidence, own_error
 from stickslip.identification.kinetic.replayed_motion import WITH_MEMORY, Motion
@@ -258,7 +257,7 @@ class Problem:
             columns.append((up - down) / (above - below) if above != below else np.zeros_like(up))
         return np.stack(columns, axis=1)
 
-    def refuse(self, silent: npt.NDArray[np.bool_]) -> None:
+    def refuse(self, silent: Mask) -> None:
         """Refuse free numbers of which the residuals say nothing, one flag for each."""
         names = [name for name, none in zip(self.free, silent, strict=True) if none]
         if names:

@@ -9,7 +9,6 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import isotonic_regression
 
 from stickslip.files.arrays import Array, Indices, Mask
@@ -243,7 +242,7 @@ class Motion:
         found, free = self.latent.solve(difference[at], own[at], None if carried is None else carried[at], lengths)
         return without(free, self._smoothed[at] + found, prior, lengths)
 
-    def shares(self, misfit: Array) -> tuple[npt.NDArray[np.int_], Array]:
+    def shares(self, misfit: Array) -> tuple[Indices, Array]:
         """Of every sample of a force that was measured directly: the row of the misfit that it is in, and its part of it.
 
         Parameters

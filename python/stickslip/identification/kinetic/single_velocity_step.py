@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.identification.estimator.least_squares import Minimum, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.residual_statistics import correlation_time
@@ -275,9 +274,7 @@ def _model(
     return np.asarray(level + drift * position + change)
 
 
-def _table(
-    found: Minimum, steady: Array, reach: Array, undetermined: npt.NDArray[np.bool_]
-) -> tuple[pd.DataFrame, pd.DataFrame]:
+def _table(found: Minimum, steady: Array, reach: Array, undetermined: Mask) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Numbers with their errors: residuals that go together along the record, and whether friction drifts (`steady`: not).
 
     What is `undetermined` is known no better than to the `reach` of the search.

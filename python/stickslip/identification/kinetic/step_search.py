@@ -8,10 +8,9 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 
 LENGTHS, EFFECTS, STIFFNESSES = (0.1, 0.3, 1.0, 3.0), (0.4, 0.8, 1.0, 1.4), (1.0, 6.0, 40.0)
 """Contacts that are tried before the search: D_c over the path of the decay, b / a, and κ D_c / a."""
@@ -52,7 +51,7 @@ def starting_points(response: Callable[[Array], Array], friction: Array, a: floa
     return list(best.values())[:KEPT]
 
 
-def is_undetermined(jacobian: Array, residuals: Array, off: Array, reach: Array) -> npt.NDArray[np.bool_]:
+def is_undetermined(jacobian: Array, residuals: Array, off: Array, reach: Array) -> Mask:
     """Which numbers the record does not determine: they ended at the limit of the search, or act on nothing.
 
     Parameters
@@ -64,7 +63,7 @@ def is_undetermined(jacobian: Array, residuals: Array, off: Array, reach: Array)
     return np.asarray((np.abs(off) > 0.999 * reach) | (effect < float(np.sqrt(np.mean(residuals**2)))))
 
 
-def notes_on_convergence(jacobian: Array, residuals: Array, undetermined: npt.NDArray[np.bool_]) -> list[str]:
+def notes_on_convergence(jacobian: Array, residuals: Array, undetermined: Mask) -> list[str]:
     """A sentence where another step of the search would move the determined numbers by a standard error or more."""
     determined = jacobian[:, ~undetermined]
     step = np.linalg.lstsq(determined, residuals, rcond=None)[0]
@@ -74,15 +73,13 @@ def notes_on_convergence(jacobian: Array, residuals: Array, undetermined: npt.ND
     return ["the search ended before the misfit was least: take the numbers for a guess"]
 
 
-def with_limits(covariance: Array, reach: Array, undetermined: npt.NDArray[np.bool_]) -> Array:
+def with_limits(covariance: Array, reach: Array, undetermined: Mask) -> Array:
     """The covariance where numbers that the record does not determine are known no better than the search went."""
     known = ~undetermined
     return np.asarray(covariance * np.outer(known, known) + np.diag(np.where(undetermined, reach**2, 0.0)))
 
 
-def notes_on_undetermined(
-    names: list[str], undetermined: npt.NDArray[np.bool_], values: Any, sampled: float, jump: float
-) -> list[str]:
+def notes_on_undetermined(names: list[str], undetermined: Mask, values: Any, sampled: float, jump: float) -> list[str]:
     """What the steps say nothing of, and lengths that are too short for the samples, as plain sentences.
 
     Parameters

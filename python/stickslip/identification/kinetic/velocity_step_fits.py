@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Indices, Mask
 from stickslip.identification.estimator.least_squares import linear, minimize, project_out
 from stickslip.identification.estimator.parameters import Parameters
 from stickslip.identification.estimator.uncertainty import estimate, half_width
@@ -314,7 +313,7 @@ class _Fit:
         return replace(self, numbers=found.vector, jacobian=found.jacobian, residuals=found.residuals, middle=start)
 
     @property
-    def _edges(self) -> npt.NDArray[np.int_]:
+    def _edges(self) -> Indices:
         return np.cumsum([0, *(len(step.path) for step in self.steps)])
 
     @property
@@ -376,7 +375,7 @@ class _Fit:
         return np.asarray(found[: len(self.steps)] * sizes)
 
     @property
-    def undetermined(self) -> npt.NDArray[np.bool_]:
+    def undetermined(self) -> Mask:
         """Which numbers the steps do not determine."""
         return is_undetermined(self.jacobian, self.residuals, self.numbers - self.middle, REACH)
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.identification.estimator.least_squares import OUTLIER, minimize
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.residual_statistics import robust_scale
@@ -221,7 +221,7 @@ def _with_errors(rows: Array, columns: Array, scale: float) -> Array:
     return np.concatenate([alone - columns @ high, high])
 
 
-def _undetermined(jacobian: Array) -> npt.NDArray[np.bool_]:
+def _undetermined(jacobian: Array) -> Mask:
     """Which numbers the rows do not determine: those without effect, and those of a combination without effect."""
     size = np.linalg.norm(jacobian, axis=0)
     silent = size <= 1e-12 * float(size.max())

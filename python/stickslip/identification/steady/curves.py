@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Indices
 from stickslip.identification.estimator.hat_functions import hats_at
 from stickslip.identification.estimator.parameters import Parameter, Parameters
 from stickslip.identification.estimator.uncertainty import estimate, half_width
@@ -110,12 +110,12 @@ class Rows:
         return self.stated and not self.apart
 
     @cached_property
-    def records(self) -> list[npt.NDArray[np.int_]]:
+    def records(self) -> list[Indices]:
         """Rows of each record."""
         return [np.flatnonzero(self.source == name) for name in dict.fromkeys(self.source.tolist())]
 
     @cached_property
-    def parts(self) -> list[npt.NDArray[np.int_]]:
+    def parts(self) -> list[Indices]:
         """What is held back in turn: records that lie apart, else stretches, and where rows are few each of them.
 
         Where one stretch alone holds the slowest or fastest slip, as of a single run-up, the others would have to predict

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array, taken
+from stickslip.files.arrays import Array, Mask, taken
 from stickslip.identification.kinetic.replayed_motion import SENSE
 from stickslip.identification.records import both_senses, stated_units
 from stickslip.identification.steady.curves import Rows
@@ -116,9 +115,7 @@ def rows_of(tree: xr.DataTree, name: str) -> tuple[Rows, dict[str, str], LeftOut
     return taken(rows, moving), {quantity: unit for quantity, unit in units.items() if quantity != "time"}, left, notes
 
 
-def _with_inertia(
-    rows: Rows, root: xr.Dataset, moving: npt.NDArray[np.bool_], name: str
-) -> tuple[Rows, Array | float, list[str]]:
+def _with_inertia(rows: Rows, root: xr.Dataset, moving: Mask, name: str) -> tuple[Rows, Array | float, list[str]]:
     """Whether the record contradicts the inertia that was taken off its force: rows, the force that is left of it, a note."""
     subtracted = float(root.attrs.get("subtracted_inertia", math.nan))
     fast = moving & (np.abs(rows.w) > SLOW * float(np.abs(rows.w).max()))
@@ -155,7 +152,7 @@ def _at_all_speeds(rows: Rows, inertia: float) -> bool:
     return all(value > SENSE * error and abs(value - inertia) < INERTIA_TOLERANCE * inertia for value, error in halves)
 
 
-def beside_sticks(time: Array, slides: npt.NDArray[np.bool_], cutoff: float) -> npt.NDArray[np.bool_]:
+def beside_sticks(time: Array, slides: Mask, cutoff: float) -> Mask:
     """Samples of slip that are less than a period of the cut-off frequency from a stick.
 
     The slip acceleration jumps where a stick ends. Smoothing takes the jump for a rise that begins before it, so inertia and
@@ -169,23 +166,23 @@ def beside_sticks(time: Array, slides: npt.NDArray[np.bool_], cutoff: float) -> 
     return slides & (np.minimum(np.abs(since), np.abs(until)) < 1 / cutoff)
 
 
-def _against_the_usual_sense(w: Array, moving: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _against_the_usual_sense(w: Array, moving: Mask) -> Mask:
     """Samples against the sense in which nearly all slip is: they are too few to tell friction that way."""
     if not moving.any() or both_senses(w[moving]):
         return np.zeros(w.size, dtype=bool)
     usual = bool(np.mean(w[moving] > 0) > 0.5)
-    rare: npt.NDArray[np.bool_] = moving & ((w > 0) != usual)
+    rare: Mask = moving & ((w > 0) != usual)
     return rare
 
 
 def _left_out(
     speed: Array,
-    slides: npt.NDArray[np.bool_],
-    smoothed: npt.NDArray[np.bool_],
-    moving: npt.NDArray[np.bool_],
-    building: npt.NDArray[np.bool_],
+    slides: Mask,
+    smoothed: Mask,
+    moving: Mask,
+    building: Mask,
     slowest: float,
-    rare: npt.NDArray[np.bool_],
+    rare: Mask,
     name: str,
 ) -> LeftOut:
     """How many samples of slip are no rows, at what speeds, and why."""
@@ -228,7 +225,7 @@ def notes_on_left_out(records: Sequence[LeftOut]) -> list[str]:
     ]
 
 
-def _building_up(time: Array, w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def _building_up(time: Array, w: Array, force: Array, moving: Mask) -> Mask:
     """Samples so near a turn of the slip that friction still builds up from the other sense (presliding, backlash).
 
     While a mass speeds up after a turn, its friction is laid beside that of the same speed and sense while it slows down, in
@@ -253,12 +250,12 @@ def _building_up(time: Array, w: Array, force: Array, moving: npt.NDArray[np.boo
         if not builds:  # it begins on the other side of zero
             builds = lag > max(0.5, SENSE * error)
         elif lag < max(BEHIND, SENSE * error):
-            near: npt.NDArray[np.bool_] = np.minimum(since, until) <= reach
+            near: Mask = np.minimum(since, until) <= reach
             return near
     return none
 
 
-def _behind(w: Array, force: Array, slowing: npt.NDArray[np.bool_]) -> Array:
+def _behind(w: Array, force: Array, slowing: Mask) -> Array:
     """By which share friction is less than that of the same speed and sense while the mass slows down; NaN if not known."""
     behind = np.full(w.size, math.nan)
     for way in (w > 0, w < 0):
@@ -272,7 +269,7 @@ def _behind(w: Array, force: Array, slowing: npt.NDArray[np.bool_]) -> Array:
     return behind
 
 
-def _slowest(w: Array, force: Array, moving: npt.NDArray[np.bool_]) -> float:
+def _slowest(w: Array, force: Array, moving: Mask) -> float:
     """Speed below which friction is none of the slip velocity: it differs between speeding up and slowing down.
 
     After a turn friction builds up over a path (presliding, backlash). Medians of the two are laid beside each other in

@@ -16,10 +16,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.identification.estimator.least_squares import OUTLIER
 from stickslip.identification.estimator.residual_statistics import robust_scale
 from stickslip.identification.law_parameters import LawParameters
@@ -92,7 +91,7 @@ class Sticks:
         """The same sticks from the same beginnings, each ended where the shared law ends it."""
         begun = self.force - self.force_rate * self.stick_time
 
-        def holds(time: Array) -> npt.NDArray[np.bool_]:
+        def holds(time: Array) -> Mask:
             return np.asarray(law.break_away_force(time, self.force_rate)) > begun + self.force_rate * time
 
         low, high = np.zeros_like(begun), self.stick_time.copy()

@@ -8,10 +8,10 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from stickslip.errors import InputError
+from stickslip.files.arrays import Array
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import OfTable
 from stickslip.identification.result import Identification
@@ -68,7 +68,7 @@ class Sensitivity(ByContent, OfTable):
         return axes
 
 
-def _fine(orbit: Orbit, first: float, last: float) -> npt.NDArray[np.float64]:
+def _fine(orbit: Orbit, first: float, last: float) -> Array:
     """Times at which every slip is seen as a curve, however short it is beside the sticks."""
     inner = orbit.events["t"].to_numpy()
     edges = [first, *inner[(inner > first) & (inner < last)], last]

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import CubicHermiteSpline
 
 from stickslip.dynamics.periodic.event_sequence import STATE, TIME, EventSequence
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Indices
 from stickslip.laws import Law
 from stickslip.laws.numbers import pointers
 from stickslip.laws.state_law import StateLaw
@@ -96,7 +95,7 @@ class Tangent:
 
 def _with_knots(
     sequence: EventSequence, window: tuple[float, float], spacing: float, beside: float, passage: float | None
-) -> tuple[EventSequence, npt.NDArray[np.int_], Array]:
+) -> tuple[EventSequence, Indices, Array]:
     """The sequence with phases cut at knots, the phases that end at one, and the times of these; a knot lies at `passage`."""
     low, high = window
     durations: list[list[float]] = []

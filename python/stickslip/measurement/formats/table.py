@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from stickslip.errors import InputError, did_you_mean
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.files.units import contradicts, of_other_kinds, unit_in_name
 
 
@@ -79,7 +79,7 @@ class Table:
                 advice = "name another column, correct the unit, or give what a reading is in it as scale"
             raise InputError(f"{self.source}: {column!r} is in {stated} and the rig says {unit}; {advice}")
 
-    def part(self, rows: npt.NDArray[np.bool_]) -> Table:
+    def part(self, rows: Mask) -> Table:
         """The table that numbers its rows as those of a part of its samples; its columns stay whole."""
         numbers = np.arange(len(rows)) + self.first_row if self.rows is None else self.rows
         return replace(self, rows=numbers[rows])

@@ -7,11 +7,10 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import minimize_scalar
 from scipy.special import erfc
 
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.measurement.indirect.sticks.stick import Stick
 from stickslip.measurement.signals.piecewise_fit import Part, PiecewiseFit
 from stickslip.measurement.signals.sample_runs import runs_of
@@ -71,7 +70,7 @@ class Friction:
     slip_acceleration: Array
     force: Array
     force_error: Array
-    stuck: npt.NDArray[np.bool_]
+    stuck: Mask
     noise: float
     cutoff: dict[Part, float]
     fit: PiecewiseFit

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 import tomli_w
 import xarray as xr
 
 from stickslip.errors import InputError
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.files.schema import Document, Positive, Says, check_keys, kind_of
 from stickslip.files.units import find_unit, si_unit
 from stickslip.measurement.formats.table import Table
@@ -102,7 +101,7 @@ class Samples:
     companion: Samples | None = None
     scale_error: float = 0.0
 
-    def part(self, rows: npt.NDArray[np.bool_]) -> Samples:
+    def part(self, rows: Mask) -> Samples:
         """The samples of these rows."""
         return replace(self, channels={name: values[rows] for name, values in self.channels.items()})
 

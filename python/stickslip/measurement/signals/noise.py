@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import binary_closing, median_filter
 
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.files.median_deviation import median_deviation
 from stickslip.measurement.signals.sample_runs import runs_of
 
@@ -45,7 +44,7 @@ def noise_level(signal: Array, weight: Array | None = None) -> float:
     return level
 
 
-def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
+def impulses(signal: Array, noise: float) -> Mask:
     """Samples that stand out alone, more than five sigmas from the median of their seven neighbours.
 
     The excess over the neighbourhood's own range is what counts, so a steep slip is not taken for an impulse; nor is the
@@ -68,7 +67,7 @@ def impulses(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
     return found
 
 
-def lone_spikes(force: Array, noise: float, speed: Array) -> npt.NDArray[np.bool_]:
+def lone_spikes(force: Array, noise: float, speed: Array) -> Mask:
     """`impulses` of a friction force, without the peaks of friction itself.
 
     A spike lies beyond its six neighbours, the highest and the lowest of them left out, by more than their range. Where the
@@ -118,7 +117,7 @@ def piles_up(upward: Array, fewest: int) -> bool:
     return bool(len(values) >= fewest and counts[-1] >= max(fewest, PILED * counts[-6:-1].max()))
 
 
-def clipped(signal: Array, noise: float) -> npt.NDArray[np.bool_]:
+def clipped(signal: Array, noise: float) -> Mask:
     """Samples at the end of an instrument's range, where it would have read on.
 
     The readings at the largest (or the smallest) value are taken for clipped where they pile up there (:func:`piles_up`), and

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+
+from stickslip.files.arrays import Mask
 
 
-def runs_of(mask: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
+def runs_of(mask: Mask) -> list[tuple[int, int]]:
     """First and one past the last index of every run of True.
 
     >>> runs_of(np.array([True, False, True, True]))

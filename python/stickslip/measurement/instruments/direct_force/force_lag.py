@@ -6,10 +6,9 @@ import math
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 from scipy.integrate import cumulative_trapezoid
 
-from stickslip.files.arrays import Array
+from stickslip.files.arrays import Array, Mask
 from stickslip.measurement.instruments.direct_force.direct_run import DirectMotion
 from stickslip.measurement.instruments.instrument import Samples
 from stickslip.measurement.signals.clocks.clock_offset import Offset
@@ -35,7 +34,7 @@ def _position_terms(record: Samples, motion: DirectMotion) -> Array:
     return np.stack([position, *gravity], axis=1)
 
 
-def lag_between_sticks(record: Samples, motion: DirectMotion, stuck: npt.NDArray[np.bool_]) -> Offset | None:
+def lag_between_sticks(record: Samples, motion: DirectMotion, stuck: Mask) -> Offset | None:
     """The lag of the force against the slips between sticks, each with half of the sticks beside it; all one way.
 
     One whose error is larger than half a step and than a fifth of itself is not given.
