@@ -6,7 +6,6 @@ The numbers are made elsewhere: by the pieces between sticks in `signals/piecewi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,15 +25,6 @@ from stickslip.measurement.rigs.rig_file import load_rig
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline, kalman, savitzky_golay
 
 METHODS = ("pieces", "spline", "savitzky_golay", "kalman")
-
-
-@dataclass(frozen=True)
-class _SmoothMotion:
-    time: Array
-    smooth: Smooth
-    stuck: Mask
-    notes: tuple[str, ...]
-    source: str
 
 
 def motion(
@@ -103,11 +93,8 @@ def motion(
         rigs = [spring] * len(masses or {})
     if masses is None:
         assert isinstance(spring, Rig)
-        return _data(_smooth_motion(record, spring, method, cutoff), spring, method)
-    parts = [
-        _data(_smooth_motion(one, own, method, cutoff), own, method)
-        for one, own in zip(masses.values(), rigs, strict=True)
-    ]
+        return _smooth_motion(record, spring, method, cutoff)
+    parts = [_smooth_motion(one, own, method, cutoff) for one, own in zip(masses.values(), rigs, strict=True)]
     if len(parts) == 1:
         return parts[0]
     label = xr.DataArray(list(masses), dims="mass", name="mass")
@@ -119,7 +106,7 @@ def motion(
     return together.transpose("time", "mass", ...)
 
 
-def _smooth_motion(source: Any, rig: Rig, method: str, cutoff: float | None) -> _SmoothMotion:
+def _smooth_motion(source: Any, rig: Rig, method: str, cutoff: float | None) -> xr.Dataset:
     record = as_record(source, rig)
     if method == "pieces":
         if cutoff is not None:
@@ -142,7 +129,7 @@ def _smooth_motion(source: Any, rig: Rig, method: str, cutoff: float | None) -> 
             friction.cutoff.get("slip", friction.cutoff.get("creep", float("nan"))),
             friction.noise,
         )
-        return _SmoothMotion(friction.time, smooth, friction.stuck, tuple(found.notes), record.source)
+        return _data(friction.time, smooth, friction.stuck, found.notes, record.source, rig, method)
     x = (record.signal - rig.rest) * rig.force_unit
     if rig.instrument == "spring_force":
         x = x / rig.stiffness
@@ -156,13 +143,13 @@ def _smooth_motion(source: Any, rig: Rig, method: str, cutoff: float | None) -> 
             if method == "kalman"
             else jerk_spline(record.time, x, record.weight, cutoff)
         )
-    warned = (*record.notes, "this smoother knows no events: near them it misses the acceleration")
-    return _SmoothMotion(record.time, smooth, np.zeros(len(x), dtype=bool), warned, record.source)
+    warned = [*record.notes, "this smoother knows no events: near them it misses the acceleration"]
+    return _data(record.time, smooth, np.zeros(len(x), dtype=bool), warned, record.source, rig, method)
 
 
-def _data(found: _SmoothMotion, rig: Rig, method: str) -> xr.Dataset:
-    units, s = rig.units, found.smooth
-    data = xr.Dataset(coords={"time": ("time", found.time, {"units": units.time})})
+def _data(time: Array, s: Smooth, stuck: Mask, notes: list[str], source: str, rig: Rig, method: str) -> xr.Dataset:
+    units = rig.units
+    data = xr.Dataset(coords={"time": ("time", time, {"units": units.time})})
     for name, unit, values, error in (
         ("x", units.length, s.x, s.x_error),
         ("v", units.speed, s.v, s.v_error),
@@ -170,13 +157,13 @@ def _data(found: _SmoothMotion, rig: Rig, method: str) -> xr.Dataset:
     ):
         data[name] = ("time", values, {"units": unit})
         data[f"{name}_error"] = ("time", error, {"units": unit})
-    data["stuck"] = ("time", found.stuck)
+    data["stuck"] = ("time", stuck)
     data.attrs = {
         "method": method,
         "cutoff": s.cutoff,
         "noise": s.noise,
-        "notes": list(found.notes),
-        "source": found.source,
+        "notes": notes,
+        "source": source,
         "rig": rig.to_toml(),
         "command": "stickslip.measurement.motion",
         "version": _core.__version__,

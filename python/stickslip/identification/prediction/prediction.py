@@ -240,14 +240,9 @@ class _Law:
         self.ties = law.ties
         self.records = [record for record in law.records if {"mass", *STATED} <= set(record.constants)]
         self.fastest = max((_fastest(record.slip_velocity) for record in law.records), default=0.0)
-        stated = [_stated(record) for record in self.records]
-        self.points = np.array(
-            [_point({**record.constants, **said}) for record, said in zip(self.records, stated, strict=True)]
-        )
-        off = [
-            [record.constants[name] / said[name] for name in STATED]
-            for record, said in zip(self.records, stated, strict=True)
-        ]
+        known = [(record.constants, _stated(record)) for record in self.records]
+        self.points = np.array([_point({**used, **said}) for used, said in known])
+        off = [[used[name] / said[name] for name in STATED] for used, said in known]
         self.mistaken = np.sqrt(np.mean(np.log(np.array(off)) ** 2, axis=0)) if off else np.zeros(len(STATED))
         kinds, rests = [], []
         for record in self.records:

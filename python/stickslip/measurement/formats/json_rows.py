@@ -22,10 +22,7 @@ def json_table(path: Path, content: bytes, layout: Layout) -> Table:
     """
     try:
         document = json.loads(content)
-    except (
-        ValueError,
-        RecursionError,
-    ) as error:  # also numbers of thousands of digits, brackets in brackets in brackets
+    except (ValueError, RecursionError) as error:  # also thousands of digits, or of brackets in brackets
         raise InputError(f"{path}: not a JSON document, truncated or damaged ({error}); export it again") from None
     rows = document.get(layout.rows) if isinstance(document, dict) else document
     if not isinstance(rows, list) or not rows:

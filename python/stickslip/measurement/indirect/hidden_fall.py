@@ -298,16 +298,8 @@ def _curve(friction: Friction, limits: list[_Limits], fastest: float, jump: floa
     # the release, and the force at it, by (shift, c, path)
     tells = np.array([[1.0, 0.0, 0.0], [o.stiffness * o.drive_velocity, 0.0, -o.stiffness]])
     square, linear, rest = np.zeros((size, size)), np.zeros(size), 0.0
-    offset, early, own, blurred, releases, variances, constants, raised = (
-        shift,
-        np.zeros(size),
-        0.0,
-        0.0,
-        [],
-        [],
-        [],
-        [],
-    )
+    offset, early, own, blurred = shift, np.zeros(size), 0.0, 0.0
+    releases, variances, constants, raised = [], [], [], []
     for one in limits:
         slip = _slip(friction, one, fastest, shift)
         matrix = slip.moves.T @ slip.moves / variance

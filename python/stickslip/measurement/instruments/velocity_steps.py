@@ -257,6 +257,12 @@ def _ratio(a: float, b: float) -> float:
     return max(a / b, b / a)
 
 
+def _unlike(before: dict[str, float], after: dict[str, float]) -> bool:
+    """Whether two holds are under different loads, where these are known."""
+    loads = before["normal_force"], after["normal_force"]
+    return math.isfinite(loads[0]) and abs(loads[1] - loads[0]) > SAME_LOAD * sum(loads) / 2
+
+
 def _level(record: Samples, friction: Array, load: Array, hold: _Hold, settle: float) -> dict[str, float]:
     time, x = record.time, record["displacement"]
     begin = time[hold.first] + (1 - settle) * (time[hold.last] - time[hold.first])
@@ -283,9 +289,7 @@ def _rests(
     found: list[list[float]] = []
     for old, new, before, after in zip(holds, holds[1:], rows, rows[1:], strict=False):
         lasted = float(time[new.first] - time[old.last])
-        loads = before["normal_force"], after["normal_force"]
-        unlike = math.isfinite(loads[0]) and abs(loads[1] - loads[0]) > SAME_LOAD * sum(loads) / 2
-        if _ratio(old.speed, new.speed) >= SAME_SPEED or unlike or not _rest_between(time, x, old, new):
+        if _ratio(old.speed, new.speed) >= SAME_SPEED or _unlike(before, after) or not _rest_between(time, x, old, new):
             continue
         calm = median_filter(friction[new.first : new.last], 5, mode="nearest")
         later = calm[: max(len(calm) // 2, 3)]
@@ -322,10 +326,8 @@ def _steps(
     for i in range(1, len(holds)):
         old, new, before, after = holds[i - 1], holds[i], rows[i - 1], rows[i]
         apart = float(time[new.first] - time[old.last])
-        loads = before["normal_force"], after["normal_force"]
-        unlike = math.isfinite(loads[0]) and abs(loads[1] - loads[0]) > SAME_LOAD * sum(loads) / 2
         same = _ratio(old.speed, new.speed) < SAME_SPEED
-        if same or unlike or apart > GAP * min(before["duration"], after["duration"]):
+        if same or _unlike(before, after) or apart > GAP * min(before["duration"], after["duration"]):
             continue
         # friction just before the step, and its extreme just after it; a running median keeps single samples out
         calm = median_filter(friction[old.first : new.last], 5, mode="nearest")

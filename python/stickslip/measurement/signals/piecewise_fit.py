@@ -100,9 +100,7 @@ class PiecewiseFit:
 
     def _make_joints(self) -> None:
         """Map the free numbers (few per joint) to the coefficients of all pieces, so that u and u' are continuous."""
-        rows: list[int] = []
-        columns: list[int] = []
-        values: list[float] = []
+        entries: list[tuple[int, int, float]] = []
         column = -1
         starts = np.concatenate([[0], np.cumsum(self._counts)])
         joint: tuple[int, int | None] | None = None  # columns of value and slope at the left end
@@ -112,9 +110,7 @@ class PiecewiseFit:
                 if joint is None:
                     column += 1
                     joint = (column, None)
-                rows += range(first, first + count)
-                columns += [joint[0]] * count
-                values += [1.0] * count
+                entries += [(first + i, joint[0], 1.0) for i in range(count)]
                 joint = (joint[0], None)
                 continue
             spacing = (self.knots[j][1] - self.knots[j][0]) / DEGREE
@@ -122,36 +118,27 @@ class PiecewiseFit:
             inner_first = 0
             if joint is not None:
                 value, slope = joint
-                rows += [first, first + 1]
-                columns += [value, value]
-                values += [1.0, 1.0]
+                entries += [(first, value, 1.0), (first + 1, value, 1.0)]
                 if slope is not None:
-                    rows.append(first + 1)
-                    columns.append(slope)
-                    values.append(spacing / self.slip_knots)
+                    entries.append((first + 1, slope, spacing / self.slip_knots))
                 inner_first = 2
             is_last = j == len(self.kinds) - 1
             inner_last = count if is_last else count - 2
             for i in range(inner_first, inner_last):
                 column += 1
-                rows.append(first + i)
-                columns.append(column)
-                values.append(1.0)
+                entries.append((first + i, column, 1.0))
             if not is_last:
                 next_rests = self.kinds[j + 1] == "rest"
                 column += 1
                 value = column
                 slope = None
-                rows += [first + count - 2, first + count - 1]
-                columns += [value, value]
-                values += [1.0, 1.0]
+                entries += [(first + count - 2, value, 1.0), (first + count - 1, value, 1.0)]
                 if not next_rests:
                     column += 1
                     slope = column
-                    rows.append(first + count - 2)
-                    columns.append(slope)
-                    values.append(-last_spacing / self.slip_knots)
+                    entries.append((first + count - 2, slope, -last_spacing / self.slip_knots))
                 joint = (value, slope)
+        rows, columns, values = zip(*entries, strict=True)
         self.joints = sparse.csr_matrix((values, (rows, columns)), shape=(int(starts[-1]), column + 1))
 
     def _degree_knots(self, degree: int) -> Array:
@@ -224,11 +211,7 @@ class PiecewiseFit:
 
     def weights(self, cutoff: dict[Part, float]) -> dict[Part, float]:
         """Penalty weights from cut-off frequencies (Hz) at which the fit passes half of a sine."""
-        result: dict[Part, float] = {}
-        for part, frequency in cutoff.items():
-            omega = 2 * math.pi * frequency
-            result[part] = 1 / (self.step * omega**6)
-        return result
+        return {part: 1 / (self.step * (2 * math.pi * frequency) ** 6) for part, frequency in cutoff.items()}
 
     def _system(self, cutoff: dict[Part, float]) -> tuple[Array, Array, float]:
         matrix, right, square = self.normal.copy(), self.right.copy(), self.square

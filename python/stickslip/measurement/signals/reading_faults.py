@@ -51,19 +51,15 @@ def reading_faults(readings: Array, time: Array, *, noisy: bool) -> list[str]:
     lengths, values = np.diff(edges), readings[edges[:-1]]
     if np.median(lengths) > 1:
         return said
-    ends = []
-    for which, side in (("largest", 1), ("smallest", -1)):
-        end = side * (side * readings).max()
-        if end == 0 or not piles_up(side * readings, FEWEST_SATURATED):
-            continue
-        ends.append(end)
+    ends = _ends(readings)
+    for which, end in ends.items():
         at_end = readings == end
         said.append(
             f"{np.count_nonzero(at_end)} readings ({100 * at_end.mean():.2g} %) equal the {which} value, {end:g}: saturated? "
             "friction beyond it is not seen; widen the range"
         )
-    long = (lengths >= FROZEN) & (values != 0) & ~np.isin(values, ends)
-    short = lengths[~np.isin(values, [0, *ends]) & ~long]
+    long = (lengths >= FROZEN) & (values != 0) & ~np.isin(values, [*ends.values()])
+    short = lengths[~np.isin(values, [0, *ends.values()]) & ~long]
     if long.any() and 10 * max(short, default=0) <= FROZEN:
         worst = int(np.argmax(np.where(long, lengths, 0)))
         start, end = time[edges[worst]], time[edges[worst] + lengths[worst] - 1]
@@ -82,15 +78,15 @@ def saturated(readings: Array) -> Mask:
     >>> bool((saturated(force) == (force == 1.5)).all())
     True
     """
-    at_end = np.zeros(len(readings), dtype=bool)
     edges = np.concatenate([[0], np.flatnonzero(np.diff(readings)) + 1, [len(readings)]])
-    if np.median(np.diff(edges)) > 1:
-        return at_end
-    for side in (1, -1):
-        end = (side * readings).max()
-        if end != 0 and piles_up(side * readings, FEWEST_SATURATED):
-            at_end |= side * readings == end
-    return at_end
+    coarse = np.median(np.diff(edges)) > 1
+    return np.isin(readings, [] if coarse else [*_ends(readings).values()])
+
+
+def _ends(readings: Array) -> dict[str, float]:
+    """The largest and the smallest reading, where it is not zero and readings pile up there."""
+    found = (("largest", 1, float(readings.max())), ("smallest", -1, float(readings.min())))
+    return {which: end for which, side, end in found if end != 0 and piles_up(side * readings, FEWEST_SATURATED)}
 
 
 def _codes(readings: Array) -> list[float]:

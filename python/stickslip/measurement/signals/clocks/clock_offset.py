@@ -246,9 +246,8 @@ def _refined(
     alike = np.clip(np.corrcoef(left[1:], left[:-1])[0, 1], 0.0, 0.9) if best.mean_square == floor else 0.0
     samples = (len(left) - 3) * (1 - alike) / (1 + alike)
     weight = (floor / np.maximum(mean_squares, floor)) ** (samples / 2)
-    if (
-        weight.max() > 0.5 * weight.sum() and fine > STAMP_ERROR**2 * coarse
-    ):  # the grid is too coarse for what the records know
+    # the grid is too coarse for what the records know
+    if weight.max() > 0.5 * weight.sum() and fine > STAMP_ERROR**2 * coarse:
         return _refined(at, offsets, fine, fine / 10, scale)
     return offsets, lines, weight / weight.sum(), samples
 

@@ -141,10 +141,8 @@ def lag_over_speed(
     own = lags[np.nanargmin(table, axis=0)]
     # the half of the range that holds the middle half of the stretches, over the root of their number
     spread = float(np.subtract(*np.quantile(own, [0.75, 0.25]))) / 1.35
-    value, error = (
-        float(lags[best]),
-        math.hypot(spread / math.sqrt(STRETCHES), float(lags[1] - lags[0]) / math.sqrt(12)),
-    )
+    value = float(lags[best])
+    error = math.hypot(spread / math.sqrt(STRETCHES), float(lags[1] - lags[0]) / math.sqrt(12))
     better = np.count_nonzero(table[best] < table[none]) >= STRETCHES - 1
     clear = abs(value) > max(1.5 * step, 5 * error) and spread < 0.5 * abs(value)
     if not (better and clear and whole[best] < MOST_LEFT * whole[none]):
