@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.integrate import cumulative_trapezoid
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array, Mask, taken
@@ -232,7 +233,7 @@ def _building_up(time: Array, w: Array, force: Array, moving: Mask) -> Mask:
     ranges of the path since the turn. Up to the first range in which it is not clearly less any more, samples on either
     side of a turn are no friction of the slip velocity. None are left out where that would be a large part of the stroke.
     """
-    path = np.concatenate([[0.0], np.cumsum(np.diff(time) * (np.abs(w[1:]) + np.abs(w[:-1])) / 2)])
+    path = cumulative_trapezoid(np.abs(w), time, initial=0)
     turns = path[np.flatnonzero(np.diff(np.sign(w)) != 0)]
     none = np.zeros(w.size, dtype=bool)
     if turns.size < FEWEST_FOR_MEDIAN:

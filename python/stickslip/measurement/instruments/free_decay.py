@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from scipy.integrate import cumulative_trapezoid
 
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
@@ -133,8 +134,7 @@ def _decaying(amplitude: Array, least: float) -> slice:
 
 def _per_cycle(time: Array, values: Array, at: Array) -> Array:
     """Integrals over each full cycle, that begins at every turning point but the last two."""
-    total = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
-    marks = np.interp(at, time, total)
+    marks = np.interp(at, time, cumulative_trapezoid(values, time, initial=0))
     return np.asarray(marks[2:] - marks[:-2])
 
 
