@@ -74,7 +74,8 @@ def notes_on_unlike_records(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -
     middle = np.array([float(np.median(part)) for part in parts])
     late = common_error(rows)
     error = np.hypot(
-        [median_error(part.to_numpy()) for part in parts], [float(np.median(late[part.index])) for part in parts]
+        [median_error(np.asarray(part, float)) for part in parts],
+        [float(np.median(late[part.index])) for part in parts],
     )
     if float(np.sum((middle / np.maximum(error, 1e-300)) ** 2)) < 10 * len(parts):
         return []

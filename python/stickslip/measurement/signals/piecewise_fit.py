@@ -138,8 +138,9 @@ class PiecewiseFit:
                     slope = column
                     entries.append((first + count - 2, slope, -last_spacing / self.slip_knots))
                 joint = (value, slope)
-        rows, columns, values = zip(*entries, strict=True)
-        self.joints = sparse.csr_matrix((values, (rows, columns)), shape=(int(starts[-1]), column + 1))
+        rows, columns, values = map(np.array, zip(*entries, strict=True))
+        shape = int(starts[-1]), column + 1
+        self.joints: sparse.csr_matrix[np.float64] = sparse.csr_matrix((values, (rows, columns)), shape=shape)
 
     def _degree_knots(self, degree: int) -> Array:
         """Knots of all pieces for splines of this degree, with a full break between pieces."""
