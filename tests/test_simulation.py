@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import stickslip as ss
 from stickslip import _core
-from stickslip.simulation.regimes import regime_of_stop
+from stickslip.simulation.regime_names import regime_of_stop
 
 S3B = ss.Oscillator(damping=0.1, drive_velocity=0.2, law=ss.laws.StaticKinetic(1.0, 0.6))
 

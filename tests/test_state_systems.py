@@ -11,7 +11,7 @@ import stickslip as ss
 from stickslip.cli.main import main
 from stickslip.laws import Law, Regularised
 from stickslip.laws.state_law import StateLaw
-from stickslip.simulation.regimes import REGIMES
+from stickslip.simulation.regime_names import REGIMES
 
 BRISTLES = {"stiffness": 1e3, "damping": 10.0, "viscous": 0.2, "kinetic": 0.5, "break_away": 0.8, "scale": 0.05}
 SHAKEN = ss.Drive(0.2, (ss.Harmonic(0.1, 1.3, 0.4),))

@@ -54,7 +54,7 @@ def regime_map(
 
     Returns
     -------
-    Dataset over the names of `over`: ``regime`` (:data:`stickslip.simulation.regimes.REGIMES`), ``period``
+    Dataset over the names of `over`: ``regime`` (:data:`stickslip.simulation.regime_names.REGIMES`), ``period``
     (returns to the section after which the motion repeats; in forcing periods for a
     forced system; 0 where it does not repeat; 1 for one that rests),
     ``recurrence``, ``parting`` and ``chaos`` (as of :func:`orbit_diagram`),

@@ -17,14 +17,14 @@ from stickslip.files.arrays import AnyArray
 from stickslip.model.parameters import contact_of, initial_state, varied
 from stickslip.model.system import Oscillator, System, system_from_dict
 from stickslip.simulation.integration import integrate
-from stickslip.simulation.regimes import PARTS
+from stickslip.simulation.regime_names import PARTS
 from stickslip.simulation.simulate import simulate
 from stickslip.simulation.state_orbit import StateLayout
 from stickslip.simulation.time_limit import NO_LIMIT, TimeLimit
 
 #: What a row says, with its unit where it has one and its type.
 MEANINGS = {
-    "regime": "kind of motion, see stickslip.simulation.regimes",
+    "regime": "kind of motion, see stickslip.simulation.regime_names",
     "period": "returns to the section after which the motion repeats; 0 where it does not, 1 for a motion that rests",
     "recurrence": "rests, periodic, chaotic, not_repeating (in the periods looked at) or undecided",
     "chaos": "growth rate K of the 0-1 test where the motion does not repeat: near 1 for strong chaos, near 0 else",
@@ -311,7 +311,7 @@ def period_of(system: Oscillator | System) -> float:
 
 
 def recurrence(regime: AnyArray, period: AnyArray, parting: AnyArray, decide: int) -> AnyArray:
-    """How motions come back, in a word; the criteria stand in :data:`stickslip.simulation.regimes.RECURRENCE`.
+    """How motions come back, in a word; the criteria stand in :data:`stickslip.simulation.regime_names.RECURRENCE`.
 
     >>> recurrence(np.array(["stick_slip"] * 4), np.array([2, 0, 0, 0]), np.array([np.nan, 1e8, 300.0, 3.0]), 500).tolist()
     ['periodic', 'chaotic', 'undecided', 'not_repeating']

@@ -71,7 +71,7 @@ class Regime(NamedTuple):
 
     Attributes
     ----------
-    kind : a word of `stickslip.simulation.regimes`, or ``"unknown"``.
+    kind : a word of `stickslip.simulation.regime_names`, or ``"unknown"``.
     doubt : of an unknown kind: ``"noise"`` hides short sticks; or ``"no sticks"`` are seen, and it is slow for as long as in
         stick-slip; or it is slow for about as long as the ``"limit"`` between the kinds; or friction ``"drives"`` it, which
         is told where it was found. Else ``""``.
@@ -91,7 +91,7 @@ def regime(
     sticks: int,
     cycles: int,
 ) -> Regime:
-    """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, in words of `stickslip.simulation.regimes`, with noise.
+    """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, in words of `stickslip.simulation.regime_names`, with noise.
 
     - ``at_rest``: the mass goes with the drive, |w| < 0.2 V, all the time;
     - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
@@ -126,7 +126,7 @@ def regime(
 
 
 def regime_of_slip(slip_velocity: Array, stuck_share: float, sticks: bool, level: float = 0.0) -> str:
-    """The kind of a motion whose slip velocity itself was measured, in the order of `stickslip.simulation.regimes`.
+    """The kind of a motion whose slip velocity itself was measured, in the order of `stickslip.simulation.regime_names`.
 
     - ``at_rest``: stuck for at least 99 % of the time;
     - ``stick_slip``: it sticks;

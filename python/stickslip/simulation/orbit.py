@@ -19,7 +19,7 @@ from stickslip.files.netcdf import read_tree, write_netcdf
 from stickslip.files.notebook import InNotebook
 from stickslip.model.parameters import contact_of
 from stickslip.model.system import Oscillator, System, system_from_dict
-from stickslip.simulation.regimes import regime_of_stop
+from stickslip.simulation.regime_names import regime_of_stop
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -239,7 +239,7 @@ class Orbit(InNotebook):
         constant within 0.2 % of its size; ``"almost_harmonic"``: it oscillates and keeps its sign; ``"reversing_slip"``: it
         changes its sign without sticking; ``"diverged"`` and ``"unfinished"`` where the numbers left their range,
         or where a run that stopped before its time is shorter than a natural period. The words and their
-        criteria stand in :data:`stickslip.simulation.regimes.REGIMES`.
+        criteria stand in :data:`stickslip.simulation.regime_names.REGIMES`.
 
         Limits: a slow transient near a threshold needs a longer orbit; look at two lengths.
         """

@@ -31,7 +31,7 @@ class Reading:
 
     Attributes
     ----------
-    kind : its kind, a word of `stickslip.simulation.regimes`.
+    kind : its kind, a word of `stickslip.simulation.regime_names`.
     trace : DataFrame over the samples: time, v, spring (force) and stuck.
     sticks : DataFrame over the sticks: t (their end), stick_time and drop, the fall of the spring force that follows.
     """
