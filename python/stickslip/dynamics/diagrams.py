@@ -85,11 +85,11 @@ def orbit_diagram(
     Dataset over `parameter` and ``point``: ``turning_x`` where ẋ changes sign, ``turning_slip_velocity`` where ẇ does (0
     while the mass sticks) and ``section_t``, ``section_x``, ``section_v``, all in order of time and filled with NaN;
     ``amplitude`` (half of max x − min x), ``x_min``, ``x_max``, ``w_min``, ``w_max``, ``regime``
-    (:data:`stickslip.simulation.regime_names.REGIMES`), ``period`` (returns after which the motion repeats, 0 where it does not
-    within half of `keep` or of `decide`), ``recurrence`` (``"rests"``, ``"periodic"``, ``"chaotic"``, ``"not_repeating"``: a
-    torus, a longer period or chaos too weak to be seen, or ``"undecided"``), ``parting`` (the factor by which the distance of
-    two starts beside each other grows in `decide` periods), ``chaos`` (the K of the 0–1 test of the returns), ``loops`` and
-    ``period_time`` of that period, ``x_end`` and ``v_end`` (NaN: stuck). A fixed point has one
+    (:data:`stickslip.simulation.regime_names.REGIMES`), ``period`` (returns after which the motion repeats, 0 where it does
+    not within half of `keep` or of `decide`), ``recurrence`` (``"rests"``, ``"periodic"``, ``"chaotic"``,
+    ``"not_repeating"``: a torus, a longer period or chaos too weak to be seen, or ``"undecided"``), ``parting`` (the factor
+    by which the distance of two starts beside each other grows in `decide` periods), ``chaos`` (the K of the 0–1 test of the
+    returns), ``loops`` and ``period_time`` of that period, ``x_end`` and ``v_end`` (NaN: stuck). A fixed point has one
     turning point. With a store, the Dataset is read when it is looked at.
 
     Raises

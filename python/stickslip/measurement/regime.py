@@ -91,7 +91,7 @@ def regime(
     sticks: int,
     cycles: int,
 ) -> Regime:
-    """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, in words of `stickslip.simulation.regime_names`, with noise.
+    """``"stick_slip"``, ``"almost_harmonic"`` or ``"stable_slip"``, as in `stickslip.simulation.regime_names`, with noise.
 
     - ``at_rest``: the mass goes with the drive, |w| < 0.2 V, all the time;
     - ``stable_slip``: the slip velocity scatters by less than 0.1 V;
