@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = Path(__file__).with_name("instructions.md")
 CASES = (
     "S3", "P1", "S16", "S15", "paper 0.2", "paper 0.3", "P3", "S16 forced", "S15 forced", "paper 0.2 forced",
-    "paper 0.3 forced",
+    "paper 0.3 forced", "S5", "chain of 10", "chain of 100",
 )  # fmt: skip
 HEAD = """# Instructions
 
