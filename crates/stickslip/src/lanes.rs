@@ -37,7 +37,7 @@ pub(crate) use eligible::CURVES_GO;
 pub use eligible::goes_in_lanes;
 pub(crate) use single_lane::SingleLane;
 pub use stickslip_lanes::Width;
-use stickslip_lanes::{Lane, Single, run};
+use stickslip_lanes::run;
 
 use crate::clock::Clock;
 use crate::engine::steps::{PassedStep, Track, TrackStep};
@@ -110,18 +110,6 @@ pub struct Tally {
     pub events: u64,
     /// Events whose modes were handled by the engine of single motions.
     pub handed: u64,
-}
-
-/// Where in a cell of width `d` the quintic through the values, slopes and curvatures at its ends is zero, as a share of it:
-/// positive at its left end, negative at its right.
-#[inline]
-pub(crate) fn root_of_quintic(left: [f64; 3], right: [f64; 3], d: f64) -> f64 {
-    slip::root_of_quintic(
-        left.map(Single::splat),
-        right.map(Single::splat),
-        Single::splat(d),
-    )
-    .get(0)
 }
 
 impl AddAssign for Tally {

@@ -1,6 +1,6 @@
 //! The motion of one mass in closed form, segment by segment.
 
-use super::crossings::{Stride, between};
+use super::crossings::between;
 use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
@@ -189,7 +189,7 @@ struct Follower<'a, const H: usize, O> {
     frame: Frame<H>,
     after: f64,
     open: Option<Segment>,
-    kept: Option<(Response<H>, Stride<H>)>,
+    kept: Option<Response<H>>,
     hybrid: Option<HybridState>,
     observer: &'a mut O,
 }
@@ -299,12 +299,12 @@ enum Motion<const H: usize> {
         x: f64,
         v: f64,
     },
-    Slip(Slip<H>, Stride<H>),
+    Slip(Slip<H>),
 }
 
 impl<const H: usize> ClosedPhase<H> {
     /// What a segment is; `kept` has what depends on the slope of friction alone, from one to the next.
-    fn new(frame: &Frame<H>, segment: &Segment, kept: &mut Option<(Response<H>, Stride<H>)>) -> Self {
+    fn new(frame: &Frame<H>, segment: &Segment, kept: &mut Option<Response<H>>) -> Self {
         let motion = if segment.direction == 0.0 || segment.slope.is_infinite() {
             Motion::Steady {
                 x: segment.x,
@@ -312,13 +312,10 @@ impl<const H: usize> ClosedPhase<H> {
             }
         } else {
             let piece = segment.piece();
-            let known = kept.filter(|(response, _)| response.slope == segment.slope);
-            let response = known.map_or_else(|| frame.response(segment.slope), |(response, _)| response);
+            kept.take_if(|response| response.slope != segment.slope);
+            let response = kept.get_or_insert_with(|| frame.response(segment.slope));
             let forces = frame.forces(segment.clock);
-            let slip = response.from(frame, &forces, (segment.x, segment.v), segment.direction, &piece);
-            let stride = known.map_or_else(|| Stride::of(&slip), |(_, stride)| stride);
-            *kept = Some((response, stride));
-            Motion::Slip(slip, stride)
+            Motion::Slip(response.from(frame, &forces, (segment.x, segment.v), segment.direction, &piece))
         };
         Self {
             clock: segment.clock,
@@ -371,7 +368,7 @@ impl<const H: usize> Course for ClosedPhase<H> {
     fn point(&self, _contact: usize, tau: f64) -> Point {
         let state = match &self.motion {
             Motion::Steady { x, v } => [x + v * tau, *v],
-            Motion::Slip(slip, _) => {
+            Motion::Slip(slip) => {
                 let basis = slip.basis(tau);
                 [slip.position(tau, &basis), slip.v.at(&basis)]
             }
@@ -397,9 +394,9 @@ impl<const H: usize> Course for ClosedPhase<H> {
                     self.cross_steady(cut, (*x, *v), span, &mut |point| found(which, point));
                 }
             }
-            Motion::Slip(slip, stride) => {
+            Motion::Slip(slip) => {
                 let point = |tau, state| self.at(tau, state);
-                between(slip, cuts, span, stride, watched, &point, found);
+                between(slip, cuts, span, watched, &point, found);
             }
         }
     }

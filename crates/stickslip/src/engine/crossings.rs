@@ -1,13 +1,15 @@
 //! Where a motion in closed form crosses a surface.
 //!
-//! Samples lie at a constant distance, so what they are made of is multiplied from one to the next, without exponentials or
-//! sines on the way. The enclosure of [`crate::flow::enclosure`] says of a cell between two samples that the surface is not
-//! met there, or by the slope that it is met once at the most. Doubt halves the cell, and what is in doubt still is marched
-//! through, see [`Cut::march`].
+//! Samples lie at a constant distance, so the motion is turned from one to the next by the same numbers, without exponentials
+//! or sines on the way. Its coefficients from a time on give all derivatives there, so the samples of one surface serve that on
+//! which its rate is zero: where x turns, and where the slip velocity does.
+//!
+//! The enclosure of [`crate::flow::enclosure`] says of a cell between two samples that the surface is not met there, or by the
+//! slope that it is met once at the most. Doubt halves the cell, and what is in doubt still is marched through, see
+//! [`Cut::march`].
 
-use crate::flow::enclosure::{ENCLOSURE_REACH, Span, bounds, larger, reach, sixth_and_seventh};
-use crate::flow::exact::{Basis, Signal, Slip};
-use crate::lanes::root_of_quintic;
+use crate::flow::enclosure::{Span, reach, sixth_and_seventh};
+use crate::flow::exact::{Signal, Slip};
 use crate::surface::{Cut, Guard, Point};
 use crate::watch::Watched;
 
@@ -15,48 +17,36 @@ use crate::watch::Watched;
 const SAMPLE_SHARE: f64 = 0.65;
 /// Samples between two that are evaluated exactly.
 const CELLS_BETWEEN_EXACT: u32 = 16;
+/// What is added to it is rounded to a whole number; the function that rounds up is a call on most processors.
+const WHOLE: f64 = 1.5 / f64::EPSILON;
 /// How often a cell is halved.
 const MOST_CELL_HALVINGS: u32 = 3;
 /// What so many multiplications can leave, in units of what is added up.
 const MARCH_ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// A step so short, as a part of a cell, leaves an error of its fourth power.
-const SHORT_STEP: f64 = 1e-4;
+/// A step so short, as a part of a cell, can be made along a Taylor expansion.
+const SHORT_STEP: f64 = 0.01;
 /// Steps to a root, at the most.
 const MOST_ROOT_STEPS: u32 = 100;
 
-/// The functions a motion is made of, after a time between two samples.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Stride<const H: usize> {
-    h: f64,
-    basis: Basis<H>,
-}
-
-impl<const H: usize> Stride<H> {
-    /// Short enough for whatever moves like this.
-    pub(super) fn of(slip: &Slip<H>) -> Self {
-        let each = slip.decay.exponents().into_iter().chain(slip.frequency);
-        let fastest = each.fold(slip.decay.growing(), f64::max);
-        Self::over(slip, SAMPLE_SHARE * ENCLOSURE_REACH / fastest)
-    }
-
-    fn over(slip: &Slip<H>, h: f64) -> Self {
-        let basis = slip.basis(h);
-        Self { h, basis }
-    }
-}
-
-/// What crosses zero.
+/// What crosses zero: a signal, and its derivative for the second of two cuts.
 pub(super) struct Crossings<'a, const H: usize> {
     slip: &'a Slip<H>,
-    /// It and its first three derivatives.
-    signals: [Signal<H>; 4],
-    exponents: [f64; 2],
-    /// Sixth and seventh power of them.
-    powers: [[f64; 2]; 2],
+    signal: Signal<H>,
+    /// The powers of each exponent, see [`powers`].
+    exponents: [[f64; BOUNDS]; 2],
     /// Bounds of the harmonics.
-    waves: [f64; 3],
+    waves: [f64; BOUNDS],
     /// The size of what does not vary.
-    constant: f64,
+    constant: [f64; MOST_CUTS],
+}
+
+/// Derivatives of which bounds are known: the signal and the first, and those that are six and seven orders higher.
+const BOUNDS: usize = 5;
+
+/// |x| to the power of the order of each of these derivatives.
+fn powers(x: f64) -> [f64; BOUNDS] {
+    let [sixth, seventh] = sixth_and_seventh(x);
+    [1.0, x.abs(), sixth, seventh, sixth * (x * x)]
 }
 
 /// The value and its first three derivatives at one time.
@@ -79,60 +69,70 @@ struct Receiver<'a, 'w> {
     found: &'a mut dyn FnMut(Point),
 }
 
-/// A root, as a short step from a time at which the motion is known.
-struct Root<const H: usize> {
-    t: f64,
-    basis: Basis<H>,
-    step: f64,
-}
-
-/// Tell of every crossing of some surfaces from one time to another, all of them seen at the same samples.
+/// Tell of every crossing of some surfaces from one time to another.
 pub(super) fn between<const H: usize>(
     slip: &Slip<H>,
     cuts: &mut [&mut Cut],
-    (from, to): (f64, f64),
-    usual: &Stride<H>,
+    span: (f64, f64),
     watched: &mut Watched,
     point: &dyn Fn(f64, [f64; 2]) -> Point,
     found: &mut dyn FnMut(usize, Point),
 ) {
-    let last = cuts.len() - 1;
-    let crossings: [_; MOST_CUTS] = std::array::from_fn(|which| Crossings::new(slip, cuts[which.min(last)]));
+    if let [one, other] = cuts
+        && other.follows(one)
+    {
+        return along(slip, cuts, span, watched, point, found);
+    }
+    for (which, cut) in cuts.iter_mut().enumerate() {
+        let found = &mut |_, point| found(which, point);
+        along(slip, &mut [cut], span, watched, point, found);
+    }
+}
+
+/// The same of one surface, or of two of which the second is where the rate of the first is zero: both are seen at the same
+/// samples.
+fn along<const H: usize>(
+    slip: &Slip<H>,
+    cuts: &mut [&mut Cut],
+    (from, to): (f64, f64),
+    watched: &mut Watched,
+    point: &dyn Fn(f64, [f64; 2]) -> Point,
+    found: &mut dyn FnMut(usize, Point),
+) {
+    let crossings = Crossings::new(slip, cuts[0]);
     let mut t = from;
     while t < to {
-        let mut basis = slip.basis(t);
-        let mut left = crossings.each_ref().map(|crossings| crossings.sample(t, &basis));
+        let mut motion = crossings.from(t);
+        let mut left = crossings.samples(t, &motion);
+        // The same samples for one cut as for two, so that a crossing of one and the same surface has one time.
+        let reaches = left.map(|left| reach(left.bound[0], left.bound[1]));
         // What grows does so by a factor of e in a cell, at the most.
-        let reaches = left.iter().map(|left| reach(left.bound[0], left.bound[1]));
-        let reach = reaches.fold(1.0 / slip.decay.growing(), f64::min);
-        let h = (SAMPLE_SHARE * reach).min(to - t).max(4.0 * f64::EPSILON * t);
-        let own = (h > 2.0 * usual.h).then(|| Stride::over(slip, h));
-        let Stride { h, basis: step } = own.as_ref().unwrap_or(usual);
-        for _ in 0..CELLS_BETWEEN_EXACT {
+        let reach = reaches.into_iter().fold(1.0 / slip.decay.growing(), f64::min);
+        let widest = (SAMPLE_SHARE * reach).max(4.0 * f64::EPSILON * t);
+        let cells = (((to - t) / widest + 0.5 + WHOLE) - WHOLE).max(1.0);
+        let (begin, h) = (t, (to - t) / cells);
+        let step = slip.basis(h);
+        for cell in 1..=CELLS_BETWEEN_EXACT {
             if watched.ends(t) {
                 return;
             }
-            basis = basis.after(step, &slip.decay);
-            for which in 0..=last {
-                let right = crossings[which].sample(t + h, &basis);
+            let cell = f64::from(cell);
+            t = if cell < cells { begin + cell * h } else { to };
+            motion = motion.after(&step, &slip.decay);
+            let right = crossings.samples(t, &motion);
+            for (which, cut) in cuts.iter_mut().enumerate() {
                 let mut receiver = Receiver {
                     watched,
                     point,
                     found: &mut |point| found(which, point),
                 };
-                crossings[which].cell(
-                    cuts[which],
-                    (&left[which], &right),
-                    to,
-                    MOST_CELL_HALVINGS,
-                    &mut receiver,
-                );
-                left[which] = right;
+                let ends = (&left[which], &right[which]);
+                crossings.cell(cut, which, ends, MOST_CELL_HALVINGS, &mut receiver);
             }
-            t += h;
             if t >= to {
                 return;
             }
+            left = right;
         }
     }
 }
@@ -140,9 +140,7 @@ pub(super) fn between<const H: usize>(
 impl<'a, const H: usize> Crossings<'a, H> {
     /// Of n·(x, ẋ, ẍ, ẇ) − c.
     pub(super) fn new(slip: &'a Slip<H>, cut: &Cut) -> Self {
-        let derivative = |of: &Signal<H>| of.derivative(&slip.decay, &slip.frequency);
-        let a = derivative(&slip.v);
-        let (x, v) = (&slip.x, &slip.v);
+        let (x, v, a) = (&slip.x, &slip.v, slip.v.derivative(&slip.decay, &slip.frequency));
         let [along_x, along_v, along_a, along_slip] = cut.normal;
         let normal = [along_x, along_v, along_a - along_slip];
         let sum = |parts: [f64; 3]| normal[0] * parts[0] + normal[1] * parts[1] + normal[2] * parts[2];
@@ -152,70 +150,78 @@ impl<'a, const H: usize> Crossings<'a, H> {
             p: std::array::from_fn(|j| sum([x.p[j], v.p[j], a.p[j]])),
             q: std::array::from_fn(|j| sum([x.q[j], v.q[j], a.q[j]])),
         };
-        let first = derivative(&signal);
-        let second = derivative(&first);
-        let exponents = slip.decay.exponents();
+        let mut waves = [0.0; BOUNDS];
+        for j in 0..H {
+            let size = signal.p[j].abs() + signal.q[j].abs();
+            for (bound, power) in waves.iter_mut().zip(powers(slip.frequency[j])) {
+                *bound += size * power;
+            }
+        }
         Self {
             slip,
-            signals: [signal, first, second, derivative(&second)],
-            exponents,
-            powers: exponents.map(sixth_and_seventh),
-            waves: bounds(&signal.p, &signal.q, &slip.frequency),
-            constant: signal.constant.abs() + cut.level.abs(),
+            signal,
+            exponents: slip.decay.exponents().map(powers),
+            waves,
+            constant: [signal.constant.abs() + cut.level.abs(), 0.0],
         }
     }
 
+    /// The signal as it goes on from a time.
+    fn from(&self, t: f64) -> Signal<H> {
+        self.signal.after(&self.slip.basis(t), &self.slip.decay)
+    }
+
     /// What [`Cut::march`] asks of a time: the bound of the curvature holds for `reach`, as the free motion decays.
-    fn guard(&self, t: f64, reach: f64) -> Guard {
-        let Self { slip, signals, .. } = self;
-        let basis = slip.basis(t);
-        let [value, rate, ..] = signals;
-        let amplitudes = slip.decay.amplitudes(value.free(&basis), rate.free(&basis));
-        let growth = slip.decay.growth(reach);
-        let (mut curvature, mut size) = (0.0, self.constant + self.waves[0]);
-        for j in 0..H {
-            let amplitude = value.p[j].abs() + value.q[j].abs();
-            curvature += slip.frequency[j] * slip.frequency[j] * amplitude;
+    fn guard(&self, which: usize, t: f64, reach: f64) -> Guard {
+        let decay = &self.slip.decay;
+        let motion = self.from(t);
+        let d = self.derivatives(&motion);
+        let growth = decay.growth(reach);
+        let (mut curvature, mut size) = (0.0, self.constant[which] + self.waves[which]);
+        let (p, q) = (self.signal.p, self.signal.q);
+        for (j, frequency) in self.slip.frequency.into_iter().enumerate() {
+            let amplitude = (p[j].abs() + q[j].abs()) * powers(frequency)[which];
+            curvature += amplitude * frequency * frequency;
         }
-        for (amplitude, exponent) in amplitudes.into_iter().zip(self.exponents) {
-            curvature += growth * amplitude * exponent * exponent;
+        for (amplitude, powers) in decay.amplitudes_of(motion.free).into_iter().zip(self.exponents) {
+            let amplitude = amplitude * powers[which];
+            curvature += growth * amplitude * powers[1] * powers[1];
             size += amplitude;
         }
         Guard {
-            value: value.at(&basis),
-            rate: rate.at(&basis),
+            value: d[which],
+            rate: d[which + 1],
             curvature,
             noise: 4.0 * f64::EPSILON * size,
             reach,
         }
     }
 
-    /// It and its first three derivatives, term by term: a compiler for size makes a call of every closure.
+    /// All that the samples of both cuts have.
     #[inline]
-    fn values(&self, basis: &Basis<H>) -> [f64; 4] {
-        let [value, rate, second, third] = &self.signals;
-        [value.at(basis), rate.at(basis), second.at(basis), third.at(basis)]
+    fn derivatives(&self, motion: &Signal<H>) -> [f64; 5] {
+        motion.derivatives(&self.slip.decay, &self.slip.frequency)
     }
 
     #[inline]
-    fn sample(&self, t: f64, basis: &Basis<H>) -> Sample {
-        let [value, rate, ..] = &self.signals;
-        let amplitudes = self.slip.decay.amplitudes(value.free(basis), rate.free(basis));
+    fn samples(&self, t: f64, motion: &Signal<H>) -> [Sample; MOST_CUTS] {
         let mut bound = self.waves;
-        for (amplitude, [sixth, seventh]) in amplitudes.into_iter().zip(self.powers) {
-            bound[0] += amplitude;
-            bound[1] += amplitude * sixth;
-            bound[2] += amplitude * seventh;
+        let amplitudes = self.slip.decay.amplitudes_of(motion.free);
+        for (amplitude, powers) in amplitudes.into_iter().zip(self.exponents) {
+            for (bound, power) in bound.iter_mut().zip(powers) {
+                *bound += amplitude * power;
+            }
         }
-        Sample {
-            t,
-            d: self.values(basis),
-            bound,
-        }
+        let [value, slope, curvature, jerk, snap] = self.derivatives(motion);
+        let of = |d, bound| Sample { t, d, bound };
+        [
+            of([value, slope, curvature, jerk], [bound[0], bound[2], bound[3]]),
+            of([slope, curvature, jerk, snap], [bound[1], bound[3], bound[4]]),
+        ]
     }
 
-    fn exact(&self, t: f64) -> Sample {
-        self.sample(t, &self.slip.basis(t))
+    fn exact(&self, which: usize, t: f64) -> Sample {
+        self.samples(t, &self.from(t))[which]
     }
 
     /// Position and velocity at a time.
@@ -224,41 +230,39 @@ impl<'a, const H: usize> Crossings<'a, H> {
         [self.slip.position(t, &basis), self.slip.v.at(&basis)]
     }
 
-    /// The same at a root.
-    fn state_at(&self, &Root { t, ref basis, step }: &Root<H>) -> [f64; 2] {
-        let Slip {
-            v, decay, frequency, ..
-        } = self.slip;
-        let a = v.derivative(decay, frequency);
-        let jerk = a.derivative(decay, frequency);
-        let snap = jerk.derivative(decay, frequency).at(basis);
-        let [v, a, jerk] = [v, &a, &jerk].map(|signal| signal.at(basis));
-        let x = self.slip.position(t, basis);
-        let by = |of: [f64; 4]| of[0] + step * (of[1] + step * (0.5 * of[2] + step * (1.0 / 6.0) * of[3]));
-        [by([x, v, a, jerk]), by([v, a, jerk, snap])]
+    /// The bounds between two samples: what decays was largest at the left one.
+    #[inline]
+    fn bound(&self, left: &Sample, right: &Sample) -> [f64; 3] {
+        if self.slip.decay.gamma < 0.0 {
+            right.bound
+        } else {
+            left.bound
+        }
     }
 
-    /// How large the value may be by rounding between two samples.
-    fn noise(&self, left: &Sample, right: &Sample) -> f64 {
-        MARCH_ROUNDING * (self.constant + larger(left.bound[0], right.bound[0]))
+    /// How large the value may be by rounding where its varying part is no larger than `size`.
+    #[inline]
+    fn noise(&self, which: usize, size: f64) -> f64 {
+        MARCH_ROUNDING * (self.constant[which] + size)
     }
 
-    /// Tell of the crossings between two samples; those after `to` do not count.
+    /// Tell of the crossings between two samples.
     #[inline]
     fn cell(
         &self,
         cut: &mut Cut,
+        which: usize,
         (left, right): (&Sample, &Sample),
-        to: f64,
         halvings: u32,
         receiver: &mut Receiver,
     ) {
-        let (noise, sign) = (self.noise(left, right), left.d[0].signum());
-        if least(left, right, 0, sign) > noise {
+        let (bound, sign) = (self.bound(left, right), left.d[0].signum());
+        if sign == right.d[0].signum() && least(left, right, 0, sign, bound[1]) > self.noise(which, bound[0])
+        {
             let point = || (receiver.point)(left.t, self.state(left.t));
             cut.see(sign, point, &mut receiver.found);
         } else {
-            self.near(cut, (left, right), to, halvings, receiver);
+            self.near(cut, which, (left, right), halvings, receiver);
         }
     }
 
@@ -266,87 +270,133 @@ impl<'a, const H: usize> Crossings<'a, H> {
     fn near(
         &self,
         cut: &mut Cut,
+        which: usize,
         (left, right): (&Sample, &Sample),
-        to: f64,
         halvings: u32,
         receiver: &mut Receiver,
     ) {
-        let noise = self.noise(left, right);
+        let bound = self.bound(left, right);
+        let noise = self.noise(which, bound[0]);
         let ([begin, ..], [end, ..]) = (left.d, right.d);
         let (starts, ends) = (begin.abs() > noise, end.abs() > noise);
-        let fastest = larger(left.bound[2], right.bound[2]) / larger(left.bound[1], right.bound[1]);
-        if (starts || ends) && least(left, right, 1, (end - begin).signum()) > noise * fastest {
+        let slope = least(left, right, 1, (end - begin).signum(), bound[2]);
+        // As the slope is larger than the value, so is its rounding.
+        if (starts || ends) && slope * bound[1] > noise * bound[2] {
             // It is met once at the most.
             let at_left = || (receiver.point)(left.t, self.state(left.t));
             if starts {
                 cut.see(begin.signum(), at_left, &mut receiver.found);
             }
             if ends && end.signum() != cut.side() {
-                if !starts {
-                    if left.t <= to {
-                        cut.see(end.signum(), at_left, &mut receiver.found);
-                    }
-                    return;
-                }
-                let root = self.root(left, right);
-                let t = root.t + root.step;
-                if t <= to {
-                    let point = || (receiver.point)(t, self.state_at(&root));
+                if starts {
+                    let (t, state) = self.root(cut, left, right);
+                    let point = || (receiver.point)(t, state);
                     cut.see(end.signum(), point, &mut receiver.found);
+                } else {
+                    cut.see(end.signum(), at_left, &mut receiver.found);
                 }
             }
-        } else if right.t > to {
-            self.cell(cut, (left, &self.exact(to)), to, halvings, receiver);
         } else if (starts || ends) && halvings > 0 {
-            let middle = self.exact(0.5 * (left.t + right.t));
-            self.cell(cut, (left, &middle), to, halvings - 1, receiver);
-            self.cell(cut, (&middle, right), to, halvings - 1, receiver);
+            let middle = self.exact(which, 0.5 * (left.t + right.t));
+            self.cell(cut, which, (left, &middle), halvings - 1, receiver);
+            self.cell(cut, which, (&middle, right), halvings - 1, receiver);
         } else {
             let unit = self.slip.decay.time();
-            let guard = |t| self.guard(t, unit);
+            let guard = |t| self.guard(which, t, unit);
             let point = |t| (receiver.point)(t, self.state(t));
             let span = (left.t, right.t);
             cut.march(span, unit, receiver.watched, &guard, &point, &mut receiver.found);
         }
     }
 
-    /// The root between two samples on different sides, where the slope keeps its sign.
-    fn root(&self, left: &Sample, right: &Sample) -> Root<H> {
+    /// The time and the state at the root between two samples on different sides, where the slope keeps its sign.
+    fn root(&self, cut: &Cut, left: &Sample, right: &Sample) -> (f64, [f64; 2]) {
+        let Slip {
+            v, decay, frequency, ..
+        } = self.slip;
+        let [along_x, along_v, along_a, along_slip] = cut.normal;
+        let normal = [along_x, along_v, along_a - along_slip];
+        let along = |[x, v, a]: [f64; 3]| normal[0] * x + normal[1] * v + normal[2] * a;
         let (mut low, mut high) = (left.t, right.t);
-        let sign = left.d[0].signum();
-        let ends = [left, right].map(|sample| [0, 1, 2].map(|n| sign * sample.d[n]));
-        let d = right.t - left.t;
-        let mut t = left.t + root_of_quintic(ends[0], ends[1], d) * d;
+        let short = SHORT_STEP * (high - low);
+        let within = |t: f64, low: f64, high: f64| {
+            if low < t && t < high {
+                t
+            } else {
+                0.5 * (low + high)
+            }
+        };
+        let scale = to_one(left.d[0] - right.d[0]);
+        let left_is_nearer = (left.d[0] * right.d[1]).abs() < (right.d[0] * left.d[1]).abs();
+        let nearer = if left_is_nearer { left } else { right };
+        let mut t = within(nearer.t + householder(nearer.d, scale), low, high);
         for _ in 0..MOST_ROOT_STEPS {
             let basis = self.slip.basis(t);
-            let [value, slope, curvature, jerk] = self.values(&basis);
-            if value.signum() == sign {
+            let [v, a, jerk, snap, fifth, sixth, seventh] =
+                v.after(&basis, decay).derivatives(decay, frequency);
+            let x = self.slip.position(t, &basis);
+            let value = along([x, v, a]) - cut.level;
+            let (slope, curvature) = (along([v, a, jerk]), along([a, jerk, snap]));
+            let step = householder([value, slope, curvature, along([jerk, snap, fifth])], scale);
+            let next = t + step;
+            if low <= next && next <= high && step.abs() <= short {
+                // Newton's step along the expansion takes what that leaves.
+                let [x, v] = expanded([x, v, a, jerk, snap, fifth, sixth, seventh], step);
+                let [a, jerk] = expanded([a, jerk, snap, fifth, sixth, seventh], step);
+                let rest = (cut.level - along([x, v, a])) / along([v, a, jerk]);
+                return (next + rest, [x + rest * v, v + rest * a]);
+            }
+            if value.signum() == left.d[0].signum() {
                 low = t;
             } else {
                 high = t;
             }
-            // Householder's step of the third order.
-            let newton = -value / slope;
-            let (bend, third) = (newton * curvature, newton * newton * jerk);
-            let step = newton * (slope + 0.5 * bend) / (slope + bend + third * (1.0 / 6.0));
-            let next = t + step;
-            let inside = low <= next && next <= high;
-            if inside && step.abs() <= SHORT_STEP * d {
-                return Root { t, basis, step };
-            }
-            t = if inside { next } else { 0.5 * (low + high) };
+            t = within(next, low, high);
         }
-        Root {
-            t,
-            basis: self.slip.basis(t),
-            step: 0.0,
-        }
+        (t, self.state(t))
     }
 }
 
+/// Householder's step of the third order to where a function with these derivatives, times `scale`, is zero.
+#[inline]
+fn householder(d: [f64; 4], scale: f64) -> f64 {
+    let [value, slope, curvature, jerk] = d.map(|d| scale * d);
+    let (square, bend) = (slope * slope, value * curvature);
+    -value * (square - 0.5 * bend) / (slope * (square - bend) + value * value * jerk * (1.0 / 6.0))
+}
+
+/// The power of two by which |x| comes to lie between one and two: the cubes of what has nearly died out are numbers then.
+#[inline]
+fn to_one(x: f64) -> f64 {
+    const EXPONENT: u64 = f64::INFINITY.to_bits();
+    f64::from_bits((2 * 1.0f64.to_bits()).wrapping_sub(x.to_bits() & EXPONENT))
+}
+
+/// Value and slope of a function with these derivatives after a time.
+#[inline]
+fn expanded<const N: usize>(d: [f64; N], by: f64) -> [f64; 2] {
+    let (mut value, mut slope) = (0.0, 0.0);
+    for k in (0..N).rev() {
+        slope = slope * by + value;
+        value = value * by + d[k] * PER_FACTORIAL[k];
+    }
+    [value, slope]
+}
+
+/// 1/k!
+const PER_FACTORIAL: [f64; 8] = {
+    let mut table = [1.0; 8];
+    let mut k = 1;
+    while k < table.len() {
+        table[k] = table[k - 1] / k as f64;
+        k += 1;
+    }
+    table
+};
+
 /// The least coefficient of the enclosure of a derivative, times `sign`.
 #[inline]
-fn least(left: &Sample, right: &Sample, order: usize, sign: f64) -> f64 {
+fn least(left: &Sample, right: &Sample, order: usize, sign: f64, sixth: f64) -> f64 {
     let of = |d: &[f64; 4]| {
         [
             sign * d[order & 3],
@@ -354,13 +404,12 @@ fn least(left: &Sample, right: &Sample, order: usize, sign: f64) -> f64 {
             sign * d[(order + 2) & 3],
         ]
     };
-    let bound = larger(left.bound[1 + order], right.bound[1 + order]);
-    Span::new(right.t - left.t).least(of(&left.d), of(&right.d), bound)
+    Span::new(right.t - left.t).least(of(&left.d), of(&right.d), sixth)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Crossings, Stride, between};
+    use super::{Crossings, between};
     use crate::clock::Clock;
     use crate::event::Work;
     use crate::flow::exact::Frame;
@@ -399,7 +448,7 @@ mod tests {
                 let watched = &mut Watched::new(&mut work, &mut go_on);
                 let point = |t, [x, v]: [f64; 2]| Point { t, x, v, w: 0.3 - v };
                 let (span, unit) = ((part(13), 30.0 + part(17)), slip.decay.time());
-                let guard = |t| crossings.guard(t, unit);
+                let guard = |t| crossings.guard(0, t, unit);
                 let exact = |t| point(t, crossings.state(t));
                 marched_cut.march(span, unit, watched, &guard, &exact, &mut |point| {
                     marched.push(point.t);
@@ -413,15 +462,7 @@ mod tests {
                     );
                     found.push(point.t);
                 };
-                between(
-                    &slip,
-                    &mut [&mut cut],
-                    span,
-                    &Stride::of(&slip),
-                    watched,
-                    &point,
-                    &mut found_one,
-                );
+                between(&slip, &mut [&mut cut], span, watched, &point, &mut found_one);
                 assert_eq!(
                     found.len(),
                     marched.len(),

@@ -6,7 +6,7 @@
 //! is seen to leave it.
 
 /// Distance between samples, in units of the time in which the motion changes.
-pub(crate) const ENCLOSURE_REACH: f64 = 2.2;
+const ENCLOSURE_REACH: f64 = 2.2;
 
 /// How far the next sample may be from one of a function of this size and with this bound of its sixth derivative. The sixth
 /// root need not be exact.

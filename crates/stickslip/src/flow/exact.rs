@@ -87,6 +87,16 @@ impl Decay {
         [first.abs(), (value - first).abs()]
     }
 
+    /// The same of one that has these coefficients.
+    #[inline]
+    pub(crate) fn amplitudes_of(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        if self.separates() {
+            [a.abs(), b.abs()]
+        } else {
+            self.amplitudes(a, b - self.gamma * a)
+        }
+    }
+
     /// The exponent at which a free motion can grow; 0 where it decays.
     pub(crate) fn growing(&self) -> f64 {
         if self.gamma >= 0.0 {
@@ -189,25 +199,6 @@ pub struct Basis<const H: usize> {
     sin: [f64; H],
 }
 
-impl<const H: usize> Basis<H> {
-    /// These functions after a time of which `step` has them.
-    #[inline]
-    pub(crate) fn after(&self, step: &Self, decay: &Decay) -> Self {
-        let (c, s) = if decay.separates() {
-            (self.c * step.c, self.s * step.s)
-        } else {
-            let c = self.c * step.c + decay.kappa * (self.s * step.s);
-            (c, self.s * step.c + self.c * step.s)
-        };
-        Self {
-            c,
-            s,
-            cos: std::array::from_fn(|j| self.cos[j] * step.cos[j] - self.sin[j] * step.sin[j]),
-            sin: std::array::from_fn(|j| self.sin[j] * step.cos[j] + self.cos[j] * step.sin[j]),
-        }
-    }
-}
-
 impl<const H: usize> Signal<H> {
     /// Its value.
     #[inline]
@@ -219,7 +210,51 @@ impl<const H: usize> Signal<H> {
         value
     }
 
+    /// What it is from a time on of which `basis` has the functions.
+    #[inline]
+    pub(crate) fn after(&self, basis: &Basis<H>, decay: &Decay) -> Self {
+        let [a, b] = self.free;
+        Self {
+            constant: self.constant,
+            free: if decay.separates() {
+                [a * basis.c, b * basis.s]
+            } else {
+                let s = decay.kappa * (a * basis.s);
+                [a * basis.c + b * basis.s, b * basis.c + s]
+            },
+            p: std::array::from_fn(|j| self.p[j] * basis.cos[j] + self.q[j] * basis.sin[j]),
+            q: std::array::from_fn(|j| self.q[j] * basis.cos[j] - self.p[j] * basis.sin[j]),
+        }
+    }
+
+    /// Its value and its first derivatives at τ = 0.
+    #[inline]
+    pub(crate) fn derivatives<const N: usize>(&self, decay: &Decay, frequency: &[f64; H]) -> [f64; N] {
+        let mut each = [0.0; N];
+        let mut free = self.free;
+        for n in 0..N {
+            each[n] = if n < 2 || decay.separates() {
+                decay.start(free)
+            } else {
+                -(2.0 * decay.gamma) * each[n - 1] - decay.natural_squared * each[n - 2]
+            };
+            if n < 1 || decay.separates() {
+                free = decay.derivative(free);
+            }
+        }
+        each[0] += self.constant;
+        for (j, frequency) in frequency.iter().enumerate() {
+            let mut wave = [self.p[j], frequency * self.q[j]];
+            for (n, value) in each.iter_mut().enumerate() {
+                *value += wave[n % 2];
+                wave[n % 2] *= -(frequency * frequency);
+            }
+        }
+        each
+    }
+
     /// Its value at τ = 0.
+    #[inline]
     pub fn start(&self, decay: &Decay) -> f64 {
         self.constant + decay.start(self.free) + self.p.iter().sum::<f64>()
     }
@@ -234,6 +269,7 @@ impl<const H: usize> Signal<H> {
     }
 
     /// Its derivative in time.
+    #[inline]
     #[must_use]
     pub fn derivative(&self, decay: &Decay, frequency: &[f64; H]) -> Self {
         Self {

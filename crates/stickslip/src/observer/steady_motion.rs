@@ -364,7 +364,8 @@ impl<'a> Window<'a> {
             contact: look.contact,
             points: look.points,
             passing: Passing::new(surface),
-            cut_x: Cut::new([0.0, 1.0, 0.0, 0.0], 0.0, 0),
+            // Of such a sign that one is the derivative of the other.
+            cut_x: Cut::new([0.0, -1.0, 0.0, 0.0], 0.0, 0),
             cut_w: Cut::new([0.0, 0.0, 0.0, 1.0], 0.0, 0),
             seen: Seen::NONE,
             before: Seen::NONE,

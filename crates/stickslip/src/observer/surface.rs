@@ -104,11 +104,13 @@ pub struct Point {
 pub(crate) struct Strobe {
     period: f64,
     start: f64,
+    /// The number of the next point, once the motion is seen.
+    next: Option<f64>,
 }
 
 impl Strobe {
     fn pass(
-        &self,
+        &mut self,
         course: &impl Course,
         contact: usize,
         (from, to): (f64, f64),
@@ -118,17 +120,19 @@ impl Strobe {
     ) {
         // The ends of a run are whole periods as a rule: rounding must not take or double a point there.
         let slack = 1e-9 * self.period;
-        let (from, to) = (from - slack, if last { to + slack } else { to - slack });
-        let clock = course.clock();
-        let since = |tau: f64| clock.high - self.start + clock.low + tau;
-        let mut n = (since(from) / self.period).ceil();
+        let to = if last { to + slack } else { to - slack };
+        let (clock, start, period) = (course.clock(), self.start, self.period);
+        let next = self.next.get_or_insert_with(|| {
+            let since = clock.high - start + clock.low + (from - slack);
+            (since / period).ceil()
+        });
         loop {
-            let tau = clock.until(self.start + n * self.period);
+            let tau = clock.until(start + *next * period);
             if tau >= to || watched.ends(tau) {
                 return;
             }
             found(course.point(contact, tau.max(0.0)));
-            n += 1.0;
+            *next += 1.0;
         }
     }
 }
@@ -160,12 +164,19 @@ impl Cut {
         }
     }
 
+    /// Whether this is zero where, on a constant drive, the rate of `other` is.
+    pub(crate) fn follows(&self, other: &Self) -> bool {
+        let along = |cut: &Self| [cut.normal[0], cut.normal[1], cut.normal[2] - cut.normal[3]];
+        let ([x, v, a], [rate_of_v, rate_of_a, beyond]) = (along(self), along(other));
+        [x, v, a, beyond, self.level] == [0.0, rate_of_v, rate_of_a, 0.0, 0.0]
+    }
+
     /// The motion is on the side `sign` at `point`; a crossing if it was on the other.
     pub(crate) fn see(&mut self, sign: f64, point: impl FnOnce() -> Point, found: &mut impl FnMut(Point)) {
-        let rest = self.rest.take();
         if self.side == -sign && (self.direction == 0.0 || self.direction == sign) {
-            found(rest.unwrap_or_else(point));
+            found(self.rest.unwrap_or_else(point));
         }
+        self.rest = None;
         self.side = sign;
     }
 
@@ -252,7 +263,11 @@ pub(crate) enum Passing {
 impl Passing {
     pub(crate) fn new(surface: &Surface) -> Self {
         match *surface {
-            Surface::Strobe { period, start } => Self::Strobe(Strobe { period, start }),
+            Surface::Strobe { period, start } => Self::Strobe(Strobe {
+                period,
+                start,
+                next: None,
+            }),
             Surface::Event(kind) => Self::Event(kind),
             Surface::Plane {
                 normal,
