@@ -19,8 +19,9 @@ import stickslip as ss
 from stickslip.cli import identify as command
 from stickslip.cli.main import main
 from stickslip.errors import InputError
-from stickslip.identification import friction_of_orbit, records
+from stickslip.identification import friction_of_orbit, identify, records
 from stickslip.identification.fit_options import Options
+from stickslip.laws.numbers import pointers, value
 from stickslip.measurement import measure
 
 ROWS = np.linspace(1.0, 9.0, 9)
@@ -269,3 +270,56 @@ def test_a_library_that_is_loaded_after_the_first_fit_runs_on_one_thread_too():
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "2"}
     found = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "{1}"
+
+
+@pytest.fixture(scope="module")
+def stick_slip_at_three_speeds():
+    law = ss.laws.Combined(ss.laws.DwellTime(0.6, 0.3, 0.3), ss.laws.ExponentialStribeck(0.6, 0.45, 0.2, 0.02))
+    orbits = [ss.simulate(ss.Oscillator(0.1, drive, law), 100) for drive in (0.08, 0.12, 0.16)]
+    return [friction_of_orbit(orbit, np.arange(0, 100, 0.1), 0.005, seed=number) for number, orbit in enumerate(orbits)]
+
+
+@pytest.mark.parametrize(
+    ("options", "level"),
+    [
+        ({"fixed": {"kinetic.break_away": 0.6}}, 0.6),
+        ({"free": ["static.limit"]}, None),
+        ({"fixed": {"kinetic.break_away": 0.6}, "ties": {"static.kinetic": "kinetic.break_away"}}, 0.6),
+    ],
+)
+def test_a_number_that_follows_one_that_is_held_is_held_with_it(stick_slip_at_three_speeds, options, level):
+    found = identify(stick_slip_at_three_speeds, "Combined:DwellTime", **options)
+    assert found.law.static.kinetic == found.law.kinetic.break_away == (level or found.law.kinetic.break_away)
+    assert found.ties == {}
+    assert found.law.static.limit == pytest.approx(0.3, abs=0.1)
+
+
+def test_a_number_that_is_held_follows_no_other(stick_slip_at_three_speeds):
+    found = identify(stick_slip_at_three_speeds, "Combined:DwellTime", fixed={"static.kinetic": 0.65})
+    assert found.law.static.kinetic == 0.65
+    assert found.law.kinetic.break_away == pytest.approx(0.6, abs=0.01)
+    assert not any("follows" in note for note in found.notes)
+    with pytest.raises(
+        InputError, match=r"static.kinetic is to be held and to follow kinetic.break_away: leave it out"
+    ):
+        identify(
+            stick_slip_at_three_speeds,
+            "Combined",
+            fixed={"static.kinetic": 0.65},
+            ties={"static.kinetic": "kinetic.break_away"},
+        )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("law", ["Combined:LogarithmicDwell", "Tabulated"])
+def test_any_number_of_a_law_with_ties_can_be_held_or_fitted_alone(stick_slip_at_three_speeds, law):
+    whole = identify(stick_slip_at_three_speeds, law)
+    assert whole.ties
+    for name in pointers(whole.law):
+        for options in ({"fixed": {name: value(whole.law, name)}}, {"free": [name]}):
+            try:
+                found = identify(stick_slip_at_three_speeds, law, **options).law
+            except InputError:  # no law with that value, or nothing known of that number
+                continue
+            for tied, source in whole.ties.items():
+                assert tied == name or value(found, tied) == value(found, source), options

@@ -25,16 +25,24 @@ def requested_guess(kind: type[Law], start: Law | None, data: GuessData, options
         if start is not None:
             known = pointers(start)
             names = [name for name in guess.free if name in known]
-            guess = replace(guess, law=start, free=names, candidates=[], held={}, wider=[], starts=[])
+            ties = {name: source for name, source in guess.ties.items() if {name, source} <= {*known}}
+            guess = replace(guess, law=start, free=names, ties=ties, candidates=[], held={}, wider=[], starts=[])
     if asked is not None:
         guess = replace(guess, candidates=[*guess.candidates, *guess.starts], wider=[])
-    guess = _with_ties(guess, asked, options.ties)
+    guess = _with_ties(guess, asked, fixed, options.ties)
     names = check_names(guess.law, guess.free if asked is None else asked)
     check_names(guess.law, fixed)
     names = [name for name in names if name not in fixed]
     if not names:
         raise InputError("identify: no parameter is left to fit; give fewer in fixed, or more in free")
-    law, *candidates = _laws_with(guess, lambda _: fixed, "the values that are held fixed do not make a law")
+    wider = [name for name in guess.wider if name not in [*names, *fixed]]
+    loose = {name: source for name, source in guess.ties.items() if source in [*names, *wider]}
+
+    def held_in(law: Law) -> dict[str, float]:
+        # what follows a number that is held is held with it
+        return fixed | {name: fixed.get(of, value(law, of)) for name, of in guess.ties.items() if name not in loose}
+
+    law, *candidates = _laws_with(guess, held_in, "the values that are held fixed do not make a law")
     notes = list(guess.notes)
     tied = {*names, *fixed, *guess.ties}
     held = {name: maybe(guess.law, name) for name in pointers(guess.law) if name not in tied}
@@ -45,22 +53,29 @@ def requested_guess(kind: type[Law], start: Law | None, data: GuessData, options
         notes.append("Held fixed as asked: " + ", ".join(f"{name} = {value:g}" for name, value in fixed.items()) + ".")
     guessed = {name: error for name, error in guess.guessed.items() if name not in [*names, *fixed]}
     held_notes = {name: note for name, note in guess.held.items() if name not in fixed}
-    starts = [with_values(one, fixed) for one in guess.starts]
-    wider = [name for name in guess.wider if name not in [*names, *fixed]]
-    return Guess(law, names, guess.ties, notes, candidates, guess.bounds, guessed, held_notes, wider, starts)
+    starts = [with_values(one, held_in(one)) for one in guess.starts]
+    return Guess(law, names, loose, notes, candidates, guess.bounds, guessed, held_notes, wider, starts)
 
 
-def _with_ties(guess: Guess, asked: list[str] | None, ties: Mapping[str, str] | None) -> Guess:
-    """The guess with the ties asked for; a number that is asked for in `free` follows none."""
+def _with_ties(
+    guess: Guess, asked: list[str] | None, fixed: Mapping[str, float], ties: Mapping[str, str] | None
+) -> Guess:
+    """The guess with the ties asked for; a number that is asked for in `free`, or held by `fixed`, follows none."""
     if ties is None:
-        kept = {name: source for name, source in guess.ties.items() if name not in (asked or [])}
-        return replace(guess, ties=kept)
+        own = {*(asked or []), *fixed} & {*guess.ties}
+        kept = {name: source for name, source in guess.ties.items() if name not in own}
+        notes = [note for note in guess.notes if not any(note.startswith(name) for name in own)]
+        return replace(guess, ties=kept, notes=notes)
     check_names(guess.law, [*ties, *ties.values()])
     free = [*guess.free, *guess.ties] if asked is None else asked
     for name, source in ties.items():
         if name in (asked or []):
             raise InputError(
                 f"identify: {name} is to be fitted and to follow {source}: leave it out of free or out of ties"
+            )
+        if name in fixed:
+            raise InputError(
+                f"identify: {name} is to be held and to follow {source}: leave it out of fixed or out of ties"
             )
         if source in ties or source == name:
             raise InputError(
