@@ -129,18 +129,27 @@ pub trait StateFriction: Limited {
 
     /// Let the state go on for `time` at constant slip velocity. Without an answer of its own a law has a state of one number.
     fn advance(&self, w: f64, z: &mut [f64], time: f64) {
-        // Runge-Kutta in steps of 1/50 of the law's own time: 1e-10 a step at worst, and more steps than needed.
-        let steps = (50.0 * time * self.pace(w)).ceil().clamp(1.0, 1e5);
-        let rate = |z: f64| {
-            let mut rate = [0.0];
-            self.rates(w, &[z], &mut rate);
-            rate[0]
-        };
-        let mut left = steps;
-        while left > 0.0 {
-            z[0] = runge_kutta(&rate, z[0], time / steps);
-            left -= 1.0;
+        in_small_steps(self, w, z, time);
+    }
+}
+
+/// Let a state of one number go on for `time` at constant slip velocity, by the method of Runge and Kutta.
+fn in_small_steps<L: StateFriction + ?Sized>(law: &L, w: f64, z: &mut [f64], time: f64) {
+    // Steps of 1/50 of the law's own time: 1e-10 a step at worst, and more steps than needed.
+    let steps = (50.0 * time * law.pace(w)).ceil().clamp(1.0, 1e5);
+    let rate = |z: f64| {
+        let mut rate = [0.0];
+        law.rates(w, &[z], &mut rate);
+        rate[0]
+    };
+    let mut left = steps;
+    while left > 0.0 {
+        let next = runge_kutta(&rate, z[0], time / steps);
+        if next == z[0] {
+            break; // steady to the last digit: every further step ends here too
         }
+        z[0] = next;
+        left -= 1.0;
     }
 }
 

@@ -37,8 +37,8 @@ impl ElastoPlastic {
 const TOLERANCE: f64 = 1e-12;
 /// Farthest that a step goes, over the distance in which the bristle force settles: beyond it the method is unstable.
 const LONGEST_STEP: f64 = 2.0;
-/// So many of these distances on, a force has settled to the last bit.
-const SETTLED_DISTANCES: f64 = 50.0;
+/// Nearer to the limit than this part of the yielding range all slip is plastic to the last bit, and what is left decays.
+const NEAR_LIMIT: f64 = 1e-7;
 
 /// One step of the pair of Dormand and Prince for df/ds = `slope`(f): f after it, and its error.
 fn dormand_prince(slope: impl Fn(f64) -> f64, f: f64, h: f64) -> (f64, f64) {
@@ -108,15 +108,15 @@ impl StateFriction for ElastoPlastic {
         let pace = 0.5 * std::f64::consts::PI / (limit - self.elastic) + 1.0 / limit;
         let mut h = 0.1 / pace;
         while left > 0.0 {
-            if f >= limit {
-                f = limit + (f - limit) * exp(-left / limit);
+            let (short, width) = (limit - f, limit - self.elastic);
+            if short < NEAR_LIMIT * width {
+                f = limit - short * exp(-left / limit);
                 break;
             }
-            if left > SETTLED_DISTANCES * limit && limit - f < TOLERANCE * limit {
-                f = limit;
-                break;
-            }
-            let step = h.min(left).min(LONGEST_STEP / pace);
+            // beyond the middle of the yielding range the slope changes ever less
+            let steepest = 0.5 * std::f64::consts::PI / width
+                * sin_cos(std::f64::consts::PI * (short / width).min(0.5)).0;
+            let step = h.min(left).min(LONGEST_STEP / (steepest + 1.0 / limit));
             let (end, error) = dormand_prince(slope, f, step);
             let allowed = TOLERANCE * limit;
             if error <= allowed {
