@@ -8,7 +8,10 @@ from stickslip.errors import InputError
 from stickslip.identification.fit_options import Options
 from stickslip.identification.guesses.guess_data import BreakAways, Guess, GuessData, refuse_unreadable
 from stickslip.identification.guesses.requested_guess import requested_guess, within_bounds
-from stickslip.identification.kinetic.force_residuals import Problem
+from stickslip.identification.guesses.state_laws import BRISTLES
+from stickslip.identification.kinetic.force_fit import ForceFit, fit_forces
+from stickslip.identification.kinetic.force_residuals import OFFSET, Problem
+from stickslip.identification.kinetic.lower_bound import lower_bound
 from stickslip.identification.lack_of_fit import lack_of_fit
 from stickslip.identification.law_fit_notes import (
     notes_on_bias,
@@ -18,6 +21,7 @@ from stickslip.identification.law_fit_notes import (
     notes_on_range,
     notes_on_uncertain_numbers,
     notes_on_zero,
+    rigid_note,
 )
 from stickslip.identification.law_forms import (
     DECISIVE,
@@ -31,6 +35,7 @@ from stickslip.identification.records import FrictionRecord
 from stickslip.identification.requested_law import kind_of, parts_of
 from stickslip.identification.result import Identification
 from stickslip.laws import Coulomb, DwellTime, Law, PiecewiseLinear, Tabulated, TwoBranch
+from stickslip.laws.numbers import with_values
 
 OF_PIECES = (PiecewiseLinear, TwoBranch, Tabulated)
 """Laws whose linear pieces are counted."""
@@ -113,6 +118,7 @@ class LawFit:
         costs = [negative_log_likelihood(fit) for _, fit in fits]
         likeliest = int(np.argmin(costs))
         problem, found = fits[likeliest if costs[0] - costs[likeliest] > DECISIVE else 0]
+        problem, found, stiff = self._with_stiffness_held(problem, found, *fits[0])
         constant = 0.0 if found.offset is None else float(found.offset["value"])
         notes = [
             *lack_of_fit(problem, found.law, constant),
@@ -121,7 +127,7 @@ class LawFit:
             *notes_on_break_away_speed(problem),
             *(static.notes if static is not None else self._drift),
             *guess.notes,
-            *(note for name, note in guess.held.items() if name not in problem.free),
+            *(note for name, note in (guess.held | stiff).items() if name not in problem.free),
             *notes_on_held_numbers(found),
             *notes_on_form(found.law, guess, sorted(costs)),
             *notes_on_bounds(found, self.options.bounds),
@@ -147,6 +153,47 @@ class LawFit:
             bounds=guess.bounds,
             offset=found.offset,
         )
+
+    def _with_stiffness_held(
+        self, problem: Problem, found: ForceFit, usual: Problem, narrow: ForceFit
+    ) -> tuple[Problem, ForceFit, dict[str, str]]:
+        """The fit with the stiffness of bristles held where the records do not limit it from above, and what is said of it.
+
+        The fit begins from the curve of the first form (`usual`, `narrow`) too, which stands where nothing else can be.
+        """
+        name = "stiffness"
+        if self.kind not in BRISTLES or name not in problem.free or name in self.options.bounds:
+            return problem, found, {}
+        greatest = self.guess.bounds[name][1]
+        sticks = any(record.stuck.any() for record in self.records)
+        least = lower_bound(problem, found, name, greatest, wanted=not sticks)
+        if least is None:
+            return problem, found, {}
+        free = [other for other in problem.free if other not in (name, OFFSET)]
+        if not free:
+            raise InputError(
+                f"identify: the records only say that the {name} of {self.kind.__name__} is large: hold it at a value, such "
+                f"as fixed={{{name!r}: {greatest:.2g}}}, and fit another number"
+            )
+        rigid = [with_values(law, {name: greatest}) for law in (found.law, narrow.law)]
+        held = Problem(
+            self.records,
+            rigid[0],
+            free,
+            relative=problem.relative,
+            ties=self.guess.ties,
+            bounds=self.guess.bounds,
+            offset=self.options.offset,
+            # the damping of bristles acts with their stiffness alone: how far it moves with that is part of its error
+            guessed={name: greatest} if "damping" in free else None,
+        )
+        try:
+            closest = min((fit_forces(held, law) for law in rigid), key=negative_log_likelihood)
+        except InputError:
+            if usual is problem:
+                raise
+            return usual, narrow, {}
+        return held, closest, {name: rigid_note(name, None if sticks else least, greatest)}
 
 
 def check_kind(records: list[FrictionRecord], law: str | type[Law] | Law, options: Options) -> type[Law]:

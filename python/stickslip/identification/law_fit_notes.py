@@ -46,6 +46,19 @@ def notes_on_break_away_speed(problem: Problem) -> list[str]:
     return [extrapolated_note(float(min(speeds)))]
 
 
+def rigid_note(name: str, least: float | None, held: float) -> str:
+    """That records do not limit a number of bristles from above: its least value if they tell one, and where it is held."""
+    known = (
+        f"Only a lower bound of the {name} is determined: {name} > {least:.2g} (95 %)."
+        if least is not None
+        else f"The {name} is not determined: sticks hide how bristles bend, and the slips are as of rigid ones."
+    )
+    return (
+        f"{known} It is held at {held:.2g}, where bristles have settled between two samples; to know it, record reversals of "
+        "the slip with more samples."
+    )
+
+
 def notes_on_held_numbers(found: ForceFit) -> list[str]:
     """Which numbers are held at a guess, and what that does to the fitted ones."""
     said = []

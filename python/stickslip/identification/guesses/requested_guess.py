@@ -11,6 +11,7 @@ from stickslip.errors import InputError
 from stickslip.identification.fit_options import Options
 from stickslip.identification.guesses.first_guess import first_guess
 from stickslip.identification.guesses.guess_data import Guess, GuessData
+from stickslip.identification.guesses.state_laws import BRISTLES, stiffest
 from stickslip.laws import Law
 from stickslip.laws.numbers import check_names, maybe, pointers, value, with_values
 
@@ -54,7 +55,8 @@ def requested_guess(kind: type[Law], start: Law | None, data: GuessData, options
     guessed = {name: error for name, error in guess.guessed.items() if name not in [*names, *fixed]}
     held_notes = {name: note for name, note in guess.held.items() if name not in fixed}
     starts = [with_values(one, held_in(one)) for one in guess.starts]
-    return Guess(law, names, loose, notes, candidates, guess.bounds, guessed, held_notes, wider, starts)
+    bounds = {"stiffness": (0.0, stiffest(data.records))} if kind in BRISTLES else {}
+    return Guess(law, names, loose, notes, candidates, bounds | guess.bounds, guessed, held_notes, wider, starts)
 
 
 def _with_ties(

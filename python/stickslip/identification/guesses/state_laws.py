@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +33,8 @@ STARTS = 3
 NARROW, FALL = 0.3, 1.5
 """A sharp fall of friction, over less than this part of the highest speed and by this ratio, is fitted from too: bristles
 that still give way while friction falls hide it from slip that has settled."""
+RIGID = 20.0
+"""Bristles that have settled that many times over where the samples could show them are rigid to a record."""
 DIRECT = 0.015
 """Direct effect a of rate-and-state friction over μ₀, about that of rock."""
 DECADES = 0.5
@@ -91,6 +93,27 @@ def _reach(data: GuessData) -> float:
     """Range of the motion about its mean velocity, above zero."""
     paths = [record.slip_velocity * record.step for record in data.records]
     return max(float(np.median([np.ptp(np.cumsum(path - path.mean())) for path in paths])), 1e-12)
+
+
+def stiffest(records: Sequence[FrictionRecord]) -> float:
+    """The stiffness of bristles above which records cannot tell it: stiffer ones predict the same as rigid ones.
+
+    Such bristles have settled by the second sample after each reversal, as the first may lie anywhere near it, or from sample
+    to sample where the slip does not turn; of several reversals and records the usual ones count.
+    """
+    tops = []
+    for record in records:
+        w = np.where(record.stuck, 0.0, record.slip_velocity)
+        before, after = w[:-1], w[1:]
+        # of a step in which the sense changes the part in the new sense
+        share = np.where(before * after < 0, after / np.where(after == before, 1.0, after - before), 1.0)
+        path = 0.5 * np.abs(np.where(before * after < 0, after, before + after)) * share * np.diff(record.time)
+        slips = np.flatnonzero(after)
+        turned = slips[1:][np.sign(after[slips[1:]]) != np.sign(after[slips[:-1]])]
+        turned = turned[turned + 1 < path.size]
+        shown = path[turned] + path[turned + 1] if turned.size else path[slips]
+        tops.append(float(np.quantile(np.abs(record.force[~record.stuck]), 0.9)) / max(float(np.median(shown)), 1e-300))
+    return RIGID * float(np.median(tops))
 
 
 def _dahl(data: GuessData) -> Guess:
@@ -223,6 +246,8 @@ def _regularised(data: GuessData) -> Guess:
     return Guess(Regularised(inner.law, width), [f"law.{name}" for name in inner.free], notes=[*inner.notes, note])
 
 
+BRISTLES: tuple[type[Law], ...] = (Dahl, BoucWen, LuGre, ElastoPlastic)
+"""Laws of bristles, whose number `stiffness` no record limits from above where the bristles look rigid."""
 STATES: dict[type[Law], Callable[[GuessData], Guess]] = {
     Dahl: _dahl,
     BoucWen: _bouc_wen,

@@ -55,6 +55,7 @@ class ForceFit:
     groups : one row per group of residuals: record, kind, rows, independent rows, scale, record_scatter (standard
         deviation from record to record).
     rms : root mean square of measured minus predicted kinetic force over the samples of all slips.
+    weights : of each row, one over the standard deviation by which it is weighed.
     shifts : by name of each number that is held at a guess, how far the fitted ones move with it by one standard deviation.
     """
 
@@ -63,6 +64,7 @@ class ForceFit:
     covariance: pd.DataFrame
     groups: pd.DataFrame
     rms: float
+    weights: Array
     offset: pd.Series | None = None
     shifts: Mapping[str, pd.Series] = field(default_factory=dict)
 
@@ -295,6 +297,7 @@ def _result(
         covariance=whole.loc[inner_names, inner_names],
         groups=pd.DataFrame(rows),
         rms=problem.rms(law, problem.offset(numbers)),
+        weights=factor,
         offset=table.T[OFFSET] if OFFSET in names else None,
         shifts={
             name: pd.Series(shift * problem.parameters.units(numbers), index=names) for name, shift in shifts.items()
