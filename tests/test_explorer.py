@@ -288,6 +288,7 @@ def test_the_largest_exponent_is_that_of_the_package(module):
     _, (exponent, error) = module.ask(LYAPUNOV, question)
     known = ss.lyapunov(system, t_end, transient=0.2)
     assert exponent == pytest.approx(known.exponents[0], rel=1e-6)
+    assert error == pytest.approx(known.errors[0], rel=1e-6)
     assert exponent > 3 * error > 0
 
 

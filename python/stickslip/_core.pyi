@@ -244,3 +244,12 @@ def follow(
     tests: bool,
     origin: tuple[list[float] | None, list[float] | None] | None,
 ) -> tuple[_Floats, _Floats, _Floats, _Tests]: ...
+def lyapunov(
+    system: System,
+    x0: list[float] | None,
+    v0: list[float] | None,
+    t_end: float,
+    max_events: int,
+    transient: float,
+    seed: int,
+) -> tuple[_Floats, _Floats, int, bool]: ...

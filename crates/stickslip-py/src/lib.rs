@@ -82,6 +82,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(stability::event_sequence, module)?)?;
     module.add_function(wrap_pyfunction!(stability::event_sequence_from, module)?)?;
     module.add_function(wrap_pyfunction!(stability::follow, module)?)?;
+    module.add_function(wrap_pyfunction!(stability::lyapunov, module)?)?;
     module.add_class::<law::Law>()?;
     module.add_class::<state::Law>()?;
     module.add_class::<state::Masses>()?;

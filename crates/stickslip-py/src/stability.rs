@@ -12,6 +12,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stickslip::event_sequence::{self as of_oscillator, EventSequence};
 use stickslip::law::End;
+use stickslip::lyapunov::spectrum;
 use stickslip::network::{self, sequence as of_system};
 use stickslip::simulate::Run;
 use stickslip::variation::{self, ContactMode, Ending, Flags, Keep, Layout, Phase, State, Varied};
@@ -187,7 +188,7 @@ pub(crate) fn event_sequence_from<'py>(
 
 /// Follow an event sequence. Returns the states after the phases, their derivatives (numbers × (numbers + parameters, one at
 /// least) each), the durations, and the test functions: boundaries, contacts, phases; tau, detail, value and derivatives of each.
-/// `keep` says of which phases the derivatives are: "all", "last", "nothing", or of each alone, "phases".
+/// `keep` says of which phases the derivatives are: "all", "last", "nothing".
 /// `origin` is x and v of a run that begins there, so that what its contacts do at the start moves with the numbers at `paths`.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "one argument a thing")]
@@ -203,7 +204,6 @@ pub(crate) fn follow<'py>(
     origin: Option<Origin>,
 ) -> PyResult<Followed<'py>> {
     let keep = match keep {
-        "phases" => Keep::Phases,
         "last" => Keep::Last,
         "nothing" => Keep::Nothing,
         _ => Keep::All,
@@ -263,5 +263,38 @@ pub(crate) fn follow<'py>(
             PyArray1::from_iter(py, tests.map(|test| test.phase as u32)),
             PyArray1::from_iter(py, numbers),
         ),
+    ))
+}
+
+/// How directions grow along a run: when each phase ends, from the end of the transient; ln of the growth of every direction up
+/// to there, direction after direction; events; and whether a shift in time, whose exponent is 0, is none of them.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "one argument a thing")]
+pub(crate) fn lyapunov<'py>(
+    py: Python<'py>,
+    system: &System,
+    x0: Option<Vec<f64>>,
+    v0: Option<Vec<f64>>,
+    t_end: f64,
+    max_events: u64,
+    transient: f64,
+    seed: u64,
+) -> PyResult<(Array<'py, f64>, Array<'py, f64>, u64, bool)> {
+    let model = system.model()?;
+    let run = network::Run {
+        x0,
+        v0,
+        t_end,
+        max_events,
+    };
+    let found = watched(py, None, |go_on| {
+        spectrum(&model, run, transient, usize::MAX, seed, go_on)
+    })?;
+    let growths = found.growths.concat();
+    Ok((
+        found.times.into_pyarray(py),
+        growths.into_pyarray(py),
+        found.events,
+        found.shift,
     ))
 }

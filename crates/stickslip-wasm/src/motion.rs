@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde_json::{Value, json};
 use stickslip::hybrid_state::Restart;
-use stickslip::lyapunov::largest;
+use stickslip::lyapunov::spectrum;
 use stickslip::model::{self, Model};
 use stickslip::network::{self, Run, branch_of};
 use stickslip::orbit;
@@ -418,7 +418,8 @@ pub(crate) fn lyapunov(desk: &mut Desk) -> Result<Value, String> {
         t_end: ask.t_end,
         max_events: ask.max_events,
     };
-    let found = largest(&model(&ask.system)?, run, ask.transient, &mut || true).map_err(sentence)?;
-    desk.numbers.extend([found.exponent, found.error]);
+    // The direction that grows most: of a motion without forcing beside the shift in time.
+    let found = spectrum(&model(&ask.system)?, run, ask.transient, 1, 0, &mut || true).map_err(sentence)?;
+    desk.numbers.extend(found.average(0));
     Ok(json!({}))
 }

@@ -54,7 +54,7 @@
 //! | [`steady_motion`] | the motion after a transient: regime, period, extremes, points |
 //! | [`regime`] | the kind of a steady motion, in one word |
 //! | [`zero_one`] | the 0–1 test for chaos |
-//! | [`lyapunov`] | the largest Lyapunov exponent of a motion |
+//! | [`lyapunov`] | the Lyapunov exponents of a motion |
 //!
 //! ## Many runs: `ensemble/`
 //!

@@ -33,7 +33,7 @@ STATE = ("t", "x", "v", *CONTACT)
 BOUNDARIES = tuple(_core.BOUNDARIES)
 RELEASE, LOW, HIGH, FALLING, RISING, SECTION, TIME = range(len(_core.ENDINGS))
 #: Of which phases derivatives are kept.
-Keep = Literal["all", "phases", "last", "nothing"]
+Keep = Literal["all", "last", "nothing"]
 #: What a contact does: it sticks, slips or holds its slip velocity; negative in the other direction.
 STICK, SLIP, HOLD = range(3)
 
@@ -254,21 +254,19 @@ class EventSequence:
         """The sequence of a run, the kinds of its events and why it ended."""
         return cls._made(system, lambda core: _core.event_sequence(core, as_list(x0), as_list(v0), t_end, max_events))
 
-    def continued(self, duration: float, max_events: int = 100_000) -> tuple[EventSequence, list[str], str]:
+    def continued(self, duration: float) -> tuple[EventSequence, list[str], str]:
         """What the real motion does from this start, for a duration."""
         modes = np.ascontiguousarray(self.modes[0])
         return self._made(
-            self.system, lambda core: _core.event_sequence_from(core, self.start, modes, duration, max_events)
+            self.system, lambda core: _core.event_sequence_from(core, self.start, modes, duration, 100_000)
         )
 
-    def from_event(
-        self, phase: int, duration: float, followed: Followed | None = None, max_events: int = 100_000
-    ) -> tuple[EventSequence, list[str], str]:
+    def from_event(self, phase: int, duration: float) -> tuple[EventSequence, list[str], str]:
         """What the real motion does from the end of a phase on, for a duration."""
-        states = (followed or self.follow(keep="nothing")).states
+        states = self.follow(keep="nothing").states
         modes = self.modes[phase + 1] if phase + 1 < len(self.phases) else self.last
         start = EventSequence(self.system, states[phase], one_phase(modes, 1.0), modes)
-        return start.continued(duration, max_events)
+        return start.continued(duration)
 
     @classmethod
     def _made(
@@ -286,10 +284,9 @@ class EventSequence:
     ) -> Followed:
         """States, derivatives (the last columns with respect to the numbers at `paths`, zero without) and test functions.
 
-        `keep` says which derivatives: after ``"all"`` phases or the ``"last"``, each by the start; of the ``"phases"``, each
-        alone; or ``"nothing"``, without test functions: those of one phase of 100 masses take 11 MB. `origin` is x and v of
-        the run that begins at the start: the line of friction on which a slip begins then moves with the numbers at `paths`;
-        else the start is held.
+        `keep` says which derivatives: after ``"all"`` phases or the ``"last"``, each by the start; or ``"nothing"``, without
+        test functions: those of one phase of 100 masses take 11 MB. `origin` is x and v of the run that begins at the start:
+        the line of friction on which a slip begins then moves with the numbers at `paths`; else the start is held.
         """
         modes, endings, contacts, durations = (np.ascontiguousarray(self.phases[name].ravel()) for name in _COLUMNS)
         try:

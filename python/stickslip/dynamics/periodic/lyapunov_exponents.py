@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.dynamics.periodic.event_sequence import TIME, EventSequence, check, layout_of
+from stickslip import _core
+from stickslip.dynamics.periodic.event_sequence import as_list, check, layout_of
 from stickslip.dynamics.periodic.periodic_orbits import unlike
 from stickslip.dynamics.periodic.poincare_map import forcing_period
 from stickslip.dynamics.periodic.state_cycles import sizes_of
 from stickslip.dynamics.periodic.state_flow import StateFlow
-from stickslip.errors import InputError, fraction, number
+from stickslip.errors import InputError, fraction, number, whole_number
 from stickslip.files.equality import ByContent
 from stickslip.files.notebook import InNotebook
 from stickslip.model.system import Oscillator, System
@@ -24,10 +24,8 @@ from stickslip.simulation.integration import integrate
 
 #: The derivatives held at one time are of no more numbers: each event of 100 masses has a million and a half.
 _MOST_NUMBERS = 20_000_000
-#: What shrinks to less of the largest direction is not well known; below the other it is what rounding leaves, and lost.
-_SMALL, _LOST = 1e-8, 1e-12
-#: In so many pieces a phase is cut in which that happens, and those again, down to so many in a natural period.
-_CUTS, _PIECES = 4, 1000
+#: Less than this of the largest direction is what rounding leaves, and lost.
+_LOST = 1e-12
 #: Under laws with an internal state decay is followed up to so many times 1/e in a natural period, by parts in which there is
 #: little of it; so many of them are taken together.
 _FASTEST, _TOGETHER = 100_000, 8
@@ -138,6 +136,7 @@ def lyapunov(
     """
     fraction("transient", transient, "lyapunov")
     end = number("t_end", t_end, "lyapunov")
+    whole_number("seed", seed, "lyapunov", least=0)
     if isinstance(system, Oscillator | System) and system.integrated:
         return _of_states(system, end, x0, v0, transient * end, seed)
     check(system, "lyapunov")
@@ -148,131 +147,33 @@ def lyapunov(
     refusals = []
     for x, v in starts:
         try:
-            return _through_events(system, end, x, v, transient * end, seed)
+            return _through_events(system, end, x, v, transient, seed)
         except InputError as refusal:
             refusals.append(refusal)
     raise refusals[0]
 
 
 def _through_events(
-    system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None, begin: float, seed: int
+    system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None, transient: float, seed: int
 ) -> LyapunovSpectrum:
-    """Exponents under laws without an internal state, orthogonalised at every event."""
-    parts = list(_blocks(system, end, x0, v0))
-    ends = np.cumsum(np.concatenate([part.durations for part in parts]))
-    events = np.flatnonzero(np.concatenate([part.endings for part in parts]) != TIME)
-    now = float(ends[events[-1]]) if events.size else 0.0
-    # A motion without an event in the second half of the average has left its events, and what they do, for good.
-    if eventful := now > (begin + ends[-1]) / 2:
-        now = 0.0
-    else:
-        parts = _after_events(parts)
-    # From event to event a shift in time is no direction: its exponent is 0.
-    shift = eventful and forcing_period(system) is None
-    directions = _Directions(system, 2 * system.masses - shift, seed, parts)
-    elapsed, counted = 0.0, 0
-    times: list[float] = []
-    course: list[NDArray[np.float64]] = []
-    for part in parts:
-        carried = directions.through(part)
-        for duration, ending in zip(part.durations, part.endings, strict=True):
-            now += duration
-            if now > begin and not times:
-                # What the transient forgot may be remembered by the motion it leads to.
-                directions.complete()
-            next(carried)
-            if now > begin:
-                elapsed += duration
-                counted += int(ending != TIME)
-                times.append(elapsed)
-                course.append(directions.sums.copy())
-    running = np.array(course) / np.array(times)[:, None]
-    if shift:
-        running = np.concatenate([np.zeros_like(running[:, :1]), running], axis=1)
-    running = running[:, np.argsort(running[-1])[::-1]]
+    """Exponents under laws without an internal state, orthogonalised at every event by the core."""
     period = forcing_period(system) or system.natural_period
-    return LyapunovSpectrum(running[-1], elapsed, counted, np.array(times), running, period)
+    most = max(2, _MOST_NUMBERS // layout_of(system).width ** 2)
+    try:
+        times, sums, events, shift = _core.lyapunov(system.core, as_list(x0), as_list(v0), end, most, transient, seed)
+    except ValueError as error:
+        raise InputError(f"lyapunov: {error}") from None
+    columns = sums.reshape(-1, len(times))
+    if shift:
+        columns = np.concatenate([np.zeros((1, len(times))), columns])
+    return _spectrum(times, columns.T, events, period)
 
 
-def _after_events(parts: list[EventSequence]) -> list[EventSequence]:
-    """What follows the last event."""
-    for index in range(len(parts) - 1, -1, -1):
-        part = parts[index]
-        events = np.flatnonzero(part.endings != TIME)
-        if events.size:
-            later = parts[index + 1 :]
-            if events[-1] + 1 < len(part.phases):
-                later.insert(0, part.part(part.follow(keep="nothing"), events[-1], len(part.phases) - 1))
-            return later
-    return parts
-
-
-class _Directions:
-    """Directions that a motion carries along, orthonormal, and the logarithms of their growth.
-
-    Attributes
-    ----------
-    sums : growth of each direction since they were completed; −inf of one that is lost.
-    """
-
-    def __init__(self, system: Oscillator | System, most: int, seed: int, parts: list[EventSequence]) -> None:
-        layout = layout_of(system)
-        self._motion = np.concatenate([layout.x, layout.v])
-        # A clock that nothing reads is no direction.
-        self._first = 0 if forcing_period(system) is not None else 1
-        self._units = _units(system, parts)
-        self._shortest = system.natural_period / _PIECES
-        self._rng = np.random.default_rng(seed)
-        self._basis = np.zeros((layout.width, 0))
-        self._kept = np.zeros(most, bool)
-        self.complete()
-
-    def complete(self) -> None:
-        """Take as many directions as there are, those that are known first, and count from here."""
-        others = np.zeros((len(self._basis), int((~self._kept).sum())))
-        others[self._motion] = self._rng.standard_normal((len(self._motion), others.shape[1]))
-        self._basis = np.linalg.qr(np.concatenate([self._basis, others], axis=1))[0]
-        self._kept = np.ones_like(self._kept)
-        self.sums = np.zeros(len(self._kept))
-
-    def through(self, part: EventSequence) -> Iterator[None]:
-        """Carry them through its phases, one at each step."""
-        followed = part.follow(keep="phases")
-        rates = followed.rates[:, :, : len(self._units)] * self._units / self._units[:, None]
-        rates[:, : self._first] = 0.0
-        for phase, duration in enumerate(followed.durations):
-            basis, factors = np.linalg.qr(rates[phase] @ self._basis)
-            sizes = np.abs(np.diag(factors))
-            largest = sizes.max(initial=1.0)
-            if duration > self._shortest and (sizes < _SMALL * largest).any():
-                # Rounding hides what is small beside the largest: damping gives that in time, a stick at once.
-                start = part.start if phase == 0 else followed.states[phase - 1]
-                after = part.modes[phase + 1] if phase + 1 < len(part.phases) else part.last
-                whole = EventSequence(part.system, start, part.phases[phase : phase + 1], after)
-                for _ in self.through(whole.cut([[duration / _CUTS] * _CUTS], TIME)):
-                    pass
-            else:
-                kept = sizes > _LOST * largest
-                self._basis = basis[:, kept]
-                self.sums[self._kept] += np.log(np.where(kept, sizes, 1.0))
-                self._kept[self._kept] = kept
-                self.sums[~self._kept] = -math.inf
-            yield
-
-
-def _units(system: Oscillator | System, parts: list[EventSequence]) -> NDArray[np.float64]:
-    """The unit of each number of a state: those of time and force are of the system, that of length a power of 1000."""
-    layout = layout_of(system)
-    states = np.abs(parts[0].follow(keep="nothing").states).max(axis=0)
-    time = system.natural_period / (2 * math.pi)
-    length = max(states[layout.x].max(), time * states[layout.v].max()) or 1.0
-    length = 1000.0 ** round(math.log(length, 1000.0))
-    force = np.abs(system.mass).max() * length / time**2
-    units = np.ones(layout.width)
-    units[[0, *layout.ages]], units[layout.x], units[layout.v] = time, length, length / time
-    units[layout.speeds], units[layout.forces] = length / time, force
-    units[layout.contact_coordinates(["slope"])] = force * time / length
-    return units
+def _spectrum(times: NDArray[np.float64], sums: NDArray[np.float64], events: int, period: float) -> LyapunovSpectrum:
+    """The averages of the growth of directions up to times, those that grow most first."""
+    running = sums / times[:, None]
+    running = running[:, np.argsort(running[-1])[::-1]]
+    return LyapunovSpectrum(running[-1], float(times[-1]), events, times, running, period)
 
 
 def _of_states(
@@ -303,46 +204,4 @@ def _of_states(
         if count >= 0:
             course.append(sums.copy())
     times = np.asarray(length * np.arange(1, len(course) + 1), float)
-    running = np.array(course) / times[:, None]
-    running = running[:, np.argsort(running[-1])[::-1]]
-    return LyapunovSpectrum(running[-1], float(times[-1]), 0, times, running, period)
-
-
-def _blocks(
-    system: Oscillator | System, end: float, x0: ArrayLike | None, v0: ArrayLike | None
-) -> Iterator[EventSequence]:
-    """The motion in parts that end at events.
-
-    Each is run from the end of the one before, so that a chaotic motion and its derivative do not part; a long mode without
-    events comes in parts short enough that no derivative underflows.
-    """
-    length = 20 * system.natural_period
-    most = max(2, _MOST_NUMBERS // layout_of(system).width ** 2)
-    sequence, kinds, stop = EventSequence.of_run(system, min(length, end), x0, v0, most)
-    now = 0.0
-    while True:
-        if stop not in ("t_end", "max_events"):
-            raise InputError(f"lyapunov: the run ended by {stop}; choose another start or a shorter t_end")
-        over = now + float(sequence.durations.sum()) >= end * (1 - 1e-12)
-        if not over and not kinds and sequence.stuck[0].all():
-            # Stuck beyond this part: a stick must be followed from its begin.
-            length *= 2
-            sequence, kinds, stop = sequence.continued(min(length, end - now), most)
-            continue
-        # A run of the most events stops before what follows the last of them is known.
-        count = len(sequence.phases) if over or not kinds else len(kinds) - (stop == "max_events")
-        modes = sequence.modes[count] if count < len(sequence.phases) else sequence.last
-        part = replace(sequence, phases=sequence.phases[:count], last=modes)
-        if part.endings[-1] == TIME:
-            pieces = max(1, math.ceil(part.durations[-1] / system.natural_period))
-            last = np.repeat(part.phases[-1:], pieces)
-            last["duration"] /= pieces
-            part = replace(part, phases=np.concatenate([part.phases[:-1], last]))
-        yield part
-        if over:
-            return
-        followed = part.follow(keep="nothing")
-        now += float(followed.durations.sum())
-        sequence, kinds, stop = part.from_event(
-            count - 1 if len(part.phases) == count else -1, min(length, end - now), followed, most
-        )
+    return _spectrum(times, np.array(course), 0, period)
