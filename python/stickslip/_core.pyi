@@ -30,6 +30,7 @@ __all__ = [
     "follow",
     "halted",
     "law_facts",
+    "lyapunov",
     "regime_of_stop",
     "section",
     "slip_evidence",
