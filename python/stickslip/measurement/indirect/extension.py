@@ -11,7 +11,7 @@ from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.measurement.disturbances.mains import without_mains
 from stickslip.measurement.disturbances.zero_jump import ZeroJump, zero_jumps
-from stickslip.measurement.indirect.consistency import check_sampling
+from stickslip.measurement.indirect.record_against_rig import check_sampling
 from stickslip.measurement.read import Record
 from stickslip.measurement.rigs.rig import Rig
 from stickslip.measurement.signals.noise import clipped, impulses, noise_level

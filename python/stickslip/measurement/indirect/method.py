@@ -22,14 +22,6 @@ from stickslip.measurement.disturbances.low_pass import (
 from stickslip.measurement.disturbances.ripple_removal import without_ripple
 from stickslip.measurement.disturbances.zero_drift import note_on_drift, zero_drift
 from stickslip.measurement.disturbances.zero_jump import ZeroJump, note_on_jumps, zero_error
-from stickslip.measurement.indirect.consistency import (
-    check_rise,
-    driving_friction,
-    notes_on_few_samples,
-    notes_on_inertia,
-    notes_on_overtaking,
-    notes_on_stated_noise,
-)
 from stickslip.measurement.indirect.draft import Draft
 from stickslip.measurement.indirect.draft_fit import fit_draft
 from stickslip.measurement.indirect.drive_changes import part_at_one_speed, part_while_driven
@@ -40,6 +32,14 @@ from stickslip.measurement.indirect.recalibration import (
     most_mistaken,
     recalibrated,
     resting_sticks,
+)
+from stickslip.measurement.indirect.record_against_rig import (
+    check_rise,
+    driving_friction,
+    notes_on_few_samples,
+    notes_on_inertia,
+    notes_on_overtaking,
+    notes_on_stated_noise,
 )
 from stickslip.measurement.indirect.sticks.creeping_sticks import creep_delay
 from stickslip.measurement.indirect.sticks.resting_sticks import BLUR

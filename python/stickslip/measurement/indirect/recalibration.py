@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.files.units import unit_suffix
-from stickslip.measurement.indirect.consistency import MOSTLY_SLOW
 from stickslip.measurement.indirect.draft import Draft
+from stickslip.measurement.indirect.record_against_rig import MOSTLY_SLOW
 from stickslip.measurement.indirect.sticks.creeping_sticks import creeping_sticks
 from stickslip.measurement.indirect.sticks.resting_sticks import resting_candidates
 from stickslip.measurement.indirect.sticks.stick import Stick
