@@ -235,6 +235,7 @@ pub(crate) const MOST_BYTES: usize = 1 << 30;
 mod tests {
     use super::{Run, observe_forced};
     use crate::harmonic::Harmonic;
+    use crate::law::declaration::Parameters;
     use crate::law::{BogaczRyczek, DwellTime, ForceRate, Law, StaticKinetic};
     use crate::orbit::{Event, Record, Segment};
     use crate::oscillator::Oscillator;
@@ -261,15 +262,7 @@ mod tests {
             StaticKinetic::new(1.0, 0.5).into(),
             DwellTime::new(0.5, 0.5, 0.4, 1.0).into(),
             BogaczRyczek::default().into(),
-            ForceRate {
-                kinetic: 0.5,
-                limit: 0.5,
-                rate: 0.4,
-                force_rate_scale: 0.3,
-                exponent: 1.0,
-                force_rate_exponent: 1.0,
-            }
-            .into(),
+            ForceRate::example().into(),
         ];
         for (law, damping) in laws.into_iter().flat_map(|law| [(law.clone(), 0.05), (law, 0.6)]) {
             let mut oscillator = Oscillator::new(damping, 0.3, law);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stickslip.errors import InputError
@@ -93,18 +95,22 @@ class LawFit:
         self.guess = within_bounds(requested_guess(kind, start, data, options), options.bounds)
         self.problems = []
         for form in [*forms_of_law(self.guess), *wider_forms(self.guess)]:
-            problem = Problem(
-                records,
-                form.law,
-                form.free,
-                relative=relative,
-                ties=form.ties,
-                bounds=form.bounds,
-                offset=options.offset,
-                guessed=form.guessed,
-            )
+            problem = self._problem(form, relative)
             problem.law = _best_start(problem, form)  # numbers that are held are those of the start
             self.problems.append(problem)
+
+    def _problem(self, form: Guess, relative: bool) -> Problem:
+        """The search of the free numbers of a form."""
+        return Problem(
+            self.records,
+            form.law,
+            form.free,
+            relative=relative,
+            ties=form.ties,
+            bounds=form.bounds,
+            offset=self.options.offset,
+            guessed=form.guessed,
+        )
 
     def identify(self) -> Identification:
         """The law with its numbers."""
@@ -176,17 +182,10 @@ class LawFit:
                 f"as fixed={{{name!r}: {greatest:.2g}}}, and fit another number"
             )
         rigid = [with_values(law, {name: greatest}) for law in (found.law, narrow.law)]
-        held = Problem(
-            self.records,
-            rigid[0],
-            free,
-            relative=problem.relative,
-            ties=self.guess.ties,
-            bounds=self.guess.bounds,
-            offset=self.options.offset,
-            # the damping of bristles acts with their stiffness alone: how far it moves with that is part of its error
-            guessed={name: greatest} if "damping" in free else None,
-        )
+        # the damping of bristles acts with their stiffness alone: how far it moves with that is part of its error
+        guessed = {name: greatest} if "damping" in free else {}
+        form = replace(self.guess, law=rigid[0], free=free, guessed=guessed)
+        held = self._problem(form, problem.relative)
         try:
             closest = min((fit_forces(held, law) for law in rigid), key=negative_log_likelihood)
         except InputError:

@@ -26,11 +26,22 @@ pub(crate) const INVERSE: Series = {
 };
 
 /// k
-const POWERS: Series = {
+pub(crate) const POWERS: Series = {
     let mut table = [0.0; ORDER + 1];
     let mut k = 0;
     while k <= ORDER {
         table[k] = k as f64;
+        k += 1;
+    }
+    table
+};
+
+/// (k + 1) (k + 2), as long as there is such a power.
+pub(crate) const CURVATURES: Series = {
+    let mut table = [0.0; ORDER + 1];
+    let mut k = 0;
+    while k + 2 <= ORDER {
+        table[k] = POWERS[k + 1] * POWERS[k + 2];
         k += 1;
     }
     table
@@ -185,12 +196,7 @@ pub fn derivative(series: &Series) -> Series {
 
 /// A bound of the second derivative for 0 ≤ h ≤ `reach`.
 pub fn curvature_bound(series: &Series, reach: f64) -> f64 {
-    in_fours(reach, |i| {
-        if i + 2 > ORDER {
-            return 0.0;
-        }
-        POWERS[i + 1] * POWERS[i + 2] * series[i + 2].abs()
-    })
+    in_fours(reach, |i| CURVATURES[i] * series[(i + 2).min(ORDER)].abs())
 }
 
 /// A bound of how far the polynomial goes from its start for 0 ≤ h ≤ `reach`.

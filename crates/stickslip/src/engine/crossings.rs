@@ -141,8 +141,7 @@ impl<'a, const H: usize> Crossings<'a, H> {
     /// Of n·(x, ẋ, ẍ, ẇ) − c.
     pub(super) fn new(slip: &'a Slip<H>, cut: &Cut) -> Self {
         let (x, v, a) = (&slip.x, &slip.v, slip.v.derivative(&slip.decay, &slip.frequency));
-        let [along_x, along_v, along_a, along_slip] = cut.normal;
-        let normal = [along_x, along_v, along_a - along_slip];
+        let normal = cut.of_motion();
         let sum = |parts: [f64; 3]| normal[0] * parts[0] + normal[1] * parts[1] + normal[2] * parts[2];
         let signal = Signal {
             constant: sum([x.constant, v.constant, a.constant]) - cut.level,
@@ -314,8 +313,7 @@ impl<'a, const H: usize> Crossings<'a, H> {
         let Slip {
             v, decay, frequency, ..
         } = self.slip;
-        let [along_x, along_v, along_a, along_slip] = cut.normal;
-        let normal = [along_x, along_v, along_a - along_slip];
+        let normal = cut.of_motion();
         let along = |[x, v, a]: [f64; 3]| normal[0] * x + normal[1] * v + normal[2] * a;
         let (mut low, mut high) = (left.t, right.t);
         let short = SHORT_STEP * (high - low);

@@ -298,7 +298,7 @@ impl Motion {
             u[order] = 0.0;
             return;
         }
-        let sliding = !frame.drives[0].is_constant();
+        let drive_varies = !frame.drives[0].is_constant();
         u[0] = direction * slip;
         // All waits for what is done with `size`: a product and a sum.
         let next = |k: usize, size: f64| {
@@ -311,7 +311,7 @@ impl Motion {
             };
             x[k + 1] = v[k] * INVERSE[k + 1];
             v[k + 1] = direction * along;
-            if sliding {
+            if drive_varies {
                 direction * drive[k + 1] - along
             } else {
                 -along

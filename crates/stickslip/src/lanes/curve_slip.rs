@@ -11,7 +11,7 @@ use super::elementary::sin_cos;
 use super::lane_oscillator::{Constants, End, State};
 use super::slip::{Arrival, wrapped};
 use crate::engine::steps::Track;
-use crate::series::ZERO;
+use crate::series::{CURVATURES, POWERS, ZERO};
 
 /// The last terms of a step may be this large compared with the motion.
 const NEGLIGIBLE_TERM: f64 = 5e-17;
@@ -33,26 +33,6 @@ const SPEED_ROUNDING: f64 = 16.0 * f64::EPSILON;
 const MOST_APPROACHES: usize = 48;
 /// The root is refined by Newton's method from where the slip speed is this share of its size.
 const NEAR: f64 = 1e-8;
-/// 0, 1, 2, …
-const POWERS: [f64; CURVE_ORDER + 1] = {
-    let mut table = [0.0; CURVE_ORDER + 1];
-    let mut k = 0;
-    while k < table.len() {
-        table[k] = k as f64;
-        k += 1;
-    }
-    table
-};
-/// (k + 1) (k + 2), as long as there is such a power.
-const CURVATURES: [f64; CURVE_ORDER] = {
-    let mut table = [0.0; CURVE_ORDER];
-    let mut k = 0;
-    while k + 2 <= CURVE_ORDER {
-        table[k] = POWERS[k + 1] * POWERS[k + 2];
-        k += 1;
-    }
-    table
-};
 /// A motion this much faster than at its start may run away, which the engine of single motions tells.
 pub(super) const RUNAWAY_RATIO: f64 = 1e6;
 

@@ -164,10 +164,16 @@ impl Cut {
         }
     }
 
+    /// The normal along (x, ẋ, ẍ) on a constant drive, where ẇ = −ẍ.
+    #[inline]
+    pub(crate) fn of_motion(&self) -> [f64; 3] {
+        let [along_x, along_v, along_a, along_slip] = self.normal;
+        [along_x, along_v, along_a - along_slip]
+    }
+
     /// Whether this is zero where, on a constant drive, the rate of `other` is.
     pub(crate) fn follows(&self, other: &Self) -> bool {
-        let along = |cut: &Self| [cut.normal[0], cut.normal[1], cut.normal[2] - cut.normal[3]];
-        let ([x, v, a], [rate_of_v, rate_of_a, beyond]) = (along(self), along(other));
+        let ([x, v, a], [rate_of_v, rate_of_a, beyond]) = (self.of_motion(), other.of_motion());
         [x, v, a, beyond, self.level] == [0.0, rate_of_v, rate_of_a, 0.0, 0.0]
     }
 

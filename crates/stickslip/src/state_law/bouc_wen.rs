@@ -1,7 +1,7 @@
 //! A loop of restoring force over displacement, whose shape two numbers turn from softening to hardening.
 
 use super::{StateFriction, in_small_steps};
-use crate::elementary::{exp, exp_m1, power};
+use crate::elementary::{exp, exp_m1, ln_1p, power};
 use crate::error::Error;
 use crate::law::declaration::{Limited, parameters};
 
@@ -90,7 +90,7 @@ impl StateFriction for BoucWen {
             }
             let to_zero = -along / self.amplitude;
             left -= if pace > 0.0 {
-                libm::log1p(pace * to_zero) / pace
+                ln_1p(pace * to_zero) / pace
             } else {
                 to_zero
             };
