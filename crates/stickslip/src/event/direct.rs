@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use super::search::{integral, polynomial, rounding_of};
 use super::{Arrival, SlipPhase, Start};
 use crate::elementary::angle;
-use crate::flow::exact::Decay;
+use crate::flow::decay::Decay;
 use crate::law::End;
 use crate::series::INVERSE;
 use crate::watch::Watched;
