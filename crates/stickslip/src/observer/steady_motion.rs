@@ -240,8 +240,14 @@ impl Seen {
     };
 
     fn add(&mut self, part: &Self) {
+        // Plain comparisons: `min` and `max` mind what is not a number, and are calls in WebAssembly.
         for (range, [low, high]) in [(&mut self.x, part.x), (&mut self.w, part.w)] {
-            *range = [range[0].min(low), range[1].max(high)];
+            if low < range[0] {
+                range[0] = low;
+            }
+            if high > range[1] {
+                range[1] = high;
+            }
         }
         self.sticks |= part.sticks;
     }
