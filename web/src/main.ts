@@ -12,7 +12,11 @@ function begin(): void {
   const dark = matchMedia("(prefers-color-scheme: dark)").matches;
   const whole = document.getElementById("panels");
   document.documentElement.dataset["theme"] ||= (whole && keptTheme()) || (dark ? "dark" : "light");
-  if (whole) void start(source, program);
+  if (whole) {
+    start(source, program).catch((error: Error) => {
+      document.getElementById("facts")!.textContent = `This browser does not start the page, which needs WebAssembly: ${error.message}`;
+    });
+  }
   // An element is a class of the document's, which a worker has not.
   else void import("./element").then(({ StickSlip }) => customElements.define("stick-slip", StickSlip));
 }
