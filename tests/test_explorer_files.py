@@ -357,7 +357,6 @@ def test_the_page_lives_within_another_and_asks_the_network_for_nothing(opened, 
     )
 
 
-@pytest.mark.slow
 def test_a_page_that_may_not_start_its_core_says_so(browser, tmp_path):
     (tmp_path / "strict.html").write_text(page().replace("'wasm-unsafe-eval'", ""), encoding="utf-8")
     browser.send("Page.navigate", url=(tmp_path / "strict.html").as_uri())
@@ -365,6 +364,7 @@ def test_a_page_that_may_not_start_its_core_says_so(browser, tmp_path):
     assert facts(browser).startswith("This browser does not start the page, which needs WebAssembly: ")
 
 
+@pytest.mark.slow
 def test_a_panel_is_taken_away_alone_as_a_picture_and_as_a_film(opened, tmp_path):
     opened.run(FRAME)
     opened.send("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
