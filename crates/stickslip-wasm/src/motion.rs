@@ -129,14 +129,16 @@ impl Start {
         };
         let model = model(&system)?;
         let period = model.natural_period();
+        // As the core calls it elsewhere: another closure would be another copy of every loop.
+        let go_on: &mut dyn FnMut() -> bool = &mut || true;
         if let Model::Closed(oscillator) = &model {
             let from = memory.as_deref().and_then(Restart::read);
             let (orbit, end) =
-                simulate_from(oscillator, OneRun::of_one(&run), from, || true).map_err(sentence)?;
+                simulate_from(oscillator, OneRun::of_one(&run), from, go_on).map_err(sentence)?;
             let end = end.map_or_else(Vec::new, |end| end.numbers().to_vec());
             return Ok((Orbit::Events(model::Orbit::Closed(orbit), period), end));
         }
-        let orbit = model.simulate(run, || true).map_err(sentence)?;
+        let orbit = model.simulate(run, go_on).map_err(sentence)?;
         Ok((Orbit::Events(orbit, period), Vec::new()))
     }
 
