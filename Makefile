@@ -118,10 +118,10 @@ bench: .venv/.built .venv/.peers
 WASM := wasm32-unknown-unknown
 # What the compiler uses of WebAssembly beyond its first version: the optimizer must know. Nothing lies in the first kilobyte: the
 # stack comes first, and grows down to it.
-WASM_HAS := $(addprefix --enable-,bulk-memory sign-ext nontrapping-float-to-int mutable-globals)
+WASM_HAS := $(addprefix --enable-,bulk-memory sign-ext nontrapping-float-to-int mutable-globals simd)
 explorer: .tools/.rust web/node_modules
 	rustup target add $(WASM)
-	RUSTC_BOOTSTRAP=1 CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS=-Zlocation-detail=none \
+	RUSTC_BOOTSTRAP=1 CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS='-Zlocation-detail=none -Ctarget-feature=+simd128' \
 		cargo build --quiet --locked --profile wasm --package stickslip-wasm --target $(WASM)
 	web/node_modules/.bin/wasm-opt -Os --converge --low-memory-unused $(WASM_HAS) target/$(WASM)/wasm/stickslip_wasm.wasm -o target/$(WASM)/wasm/core.wasm
 	$(PYTHON) python/stickslip/explorer/packing.py target/$(WASM)/wasm/core.wasm python/stickslip/explorer/core.wasm.lzma

@@ -15,6 +15,8 @@
 )]
 
 mod array;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+mod wasm;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -76,6 +78,12 @@ pub trait Lane:
 /// One number, on any processor.
 pub type Single = Array<1>;
 
+/// Two numbers, on any processor.
+#[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+type Two = Array<2>;
+#[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+use wasm::Two;
+
 /// A yes or no in every lane.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// No in every lane.
@@ -101,7 +109,7 @@ pub trait Task {
 pub enum Width {
     /// One lane.
     One,
-    /// Two lanes, on any processor.
+    /// Two lanes, on any processor; in a browser also for one.
     Two,
     /// Eight lanes in two registers of four.
     Avx2,
@@ -154,7 +162,8 @@ pub fn run<T: Task>(task: T, width: Width) -> T::Output {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as above.
         Width::Avx512 => unsafe { x86::in_sixteen(task) },
-        Width::Two => task.run::<Array<2>>(),
-        _ => task.run::<Single>(),
+        // In a browser one copy of a task does: what is loaded must be small.
+        Width::One if cfg!(not(target_arch = "wasm32")) => task.run::<Single>(),
+        _ => task.run::<Two>(),
     }
 }

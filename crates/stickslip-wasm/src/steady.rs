@@ -80,13 +80,20 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
         (Chain::New, false) => Chain::Events(Box::new(begin.clone()), None),
         (before, _) => before,
     };
+    let mut abreast = Vec::new().into_iter();
+    if let (Chain::Events(..), false) = (&at, ask.chain) {
+        // Each has its own patience, and in lanes that of all.
+        let count = sweep.rows.len();
+        let mut left = vec![ask.patience; count];
+        let mut left_in_lanes = ask.patience * count as u64;
+        let mut go_on = |row: Option<usize>| more(row.map_or(&mut left_in_lanes, |row| &mut left[row]));
+        let rows = sweep.rows_asking(0..count, &begin, &mut go_on);
+        abreast = rows.map_err(sentence)?.into_iter();
+    }
     let mut events = 0;
     for index in 0..sweep.rows.len() {
         let mut left = ask.patience;
-        let mut go_on = || {
-            left = left.saturating_sub(1);
-            left > 0
-        };
+        let mut go_on = || more(&mut left);
         let (row, end) = match (&mut at, ask.chain) {
             (Chain::Integrated(y), _) => {
                 let (row, end) = integrated(&sweep, index, &begin, y, &mut go_on)?;
@@ -101,10 +108,7 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
                 let start = row.end.as_ref().map(Start::after).unwrap_or_default();
                 (row, Chain::Events(Box::new(start), link))
             }
-            _ => (
-                sweep.row(index, &begin, &mut go_on).map_err(sentence)?,
-                Chain::New,
-            ),
+            _ => (abreast.next().expect("a motion for each row"), Chain::New),
         };
         if ask.chain {
             at = end;
@@ -130,6 +134,12 @@ pub(crate) fn rows(desk: &mut Desk) -> Result<Value, String> {
         desk.chain = at;
     }
     Ok(json!({"events": events, "regimes": Regime::ALL.map(Regime::name)}))
+}
+
+/// Whether there is patience left, of which this is a part.
+fn more(left: &mut u64) -> bool {
+    *left = left.saturating_sub(1);
+    *left > 0
 }
 
 /// One motion under laws with an internal state, from the variables of one before where they fit, and its variables at the end.

@@ -33,7 +33,7 @@ use std::cell::RefCell;
 use std::marker::PhantomData;
 use std::ops::AddAssign;
 
-pub(crate) use eligible::CURVES_GO;
+pub(crate) use eligible::ALL_GO;
 pub use eligible::goes_in_lanes;
 pub(crate) use single_lane::SingleLane;
 pub use stickslip_lanes::Width;
@@ -163,6 +163,8 @@ fn forward_shown(
     for follows in kinds {
         let observers = (&mut on_event, &mut on_step);
         tally += match follows {
+            // None of them goes in lanes then: said once more for the compiler.
+            Follows::Curve(_) | Follows::Branches if !ALL_GO => Tally::default(),
             Follows::Curve(_) => scheduled::<Curves>(motions, width, go_on, observers, follows),
             Follows::Lines => scheduled::<Lines>(motions, width, go_on, observers, follows),
             Follows::Branches => scheduled::<Branches>(motions, width, go_on, observers, follows),
@@ -251,7 +253,7 @@ pub(crate) fn forward_seen(runs: &mut [(Running, f64)], go_on: &mut dyn FnMut() 
 /// The same of smooth oscillators, few at a time: what their steps pass takes much room.
 pub(crate) fn forward_seen_along_curves(runs: &mut [(Running, f64)], go_on: &mut dyn FnMut() -> bool) {
     let singles: Vec<_> = runs.iter().map(|(run, _)| run.smooth_oscillator()).collect();
-    if singles.iter().all(Option::is_none) {
+    if !ALL_GO || singles.iter().all(Option::is_none) {
         return;
     }
     let (mut motions, indices) = motions_of(runs, &singles, |oscillator| {

@@ -4,7 +4,7 @@ use super::{Engine, Reached};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::flow::taylor::{Coefficients, ForceLine, Frame, Motion};
-use crate::lanes::{CURVES_GO, LaneMotion};
+use crate::lanes::{ALL_GO, LaneMotion};
 use crate::network::orbit::ExpandedSteps;
 use crate::network::{Loop, Orbit, Run, SPEED_ROUNDING};
 use crate::observer::{Course, Observer};
@@ -85,7 +85,7 @@ impl Engine for Steps<'_> {
             max_events: (self.events() - std::mem::take(&mut self.ahead)).saturating_add(self.run.max_events),
             ..self.run.clone()
         };
-        if CURVES_GO {
+        if ALL_GO {
             for step in std::mem::take(&mut self.passed) {
                 step.show(after, observer);
             }

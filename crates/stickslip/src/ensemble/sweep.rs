@@ -50,7 +50,7 @@ impl Sweep {
     }
 
     /// The runs of a range of rows, each from `begin` unless the row says otherwise, up to the end of their windows in SIMD
-    /// lanes where that is possible (see [`crate::lanes`]).
+    /// lanes where that is possible (see [`crate::lanes`]), as long as `go_on` says so.
     ///
     /// # Errors
     /// The first row whose values make no sense.
@@ -59,6 +59,19 @@ impl Sweep {
         range: Range<usize>,
         begin: &Start,
         go_on: &mut dyn FnMut() -> bool,
+    ) -> Result<Vec<Steady>, Error> {
+        self.rows_asking(range, begin, &mut |_| go_on())
+    }
+
+    /// The same, asking with the row that goes on alone; with none while they go in lanes.
+    ///
+    /// # Errors
+    /// The first row whose values make no sense.
+    pub fn rows_asking(
+        &self,
+        range: Range<usize>,
+        begin: &Start,
+        go_on: &mut dyn FnMut(Option<usize>) -> bool,
     ) -> Result<Vec<Steady>, Error> {
         let mut rows = Vec::with_capacity(range.len());
         let own = self.rows.oscillator();
@@ -86,21 +99,21 @@ impl Sweep {
                     Ok((run.map_err(|error| self.rows.error(index, &error))?, transient))
                 })
                 .collect::<Result<_, Error>>()?;
-            forward_all(&mut runs, go_on, None);
+            forward_all(&mut runs, &mut || go_on(None), None);
             if self.look.early == 0.0 {
                 for ((model, _), (_, end)) in models.iter().zip(&mut runs) {
                     *end = (self.look.transient + self.look.window) * model.period();
                 }
-                forward_seen(&mut runs, go_on);
+                forward_seen(&mut runs, &mut || go_on(None));
             }
             let few = runs.chunks_mut(CURVES_ABREAST).zip(models.chunks(CURVES_ABREAST));
             let mut index = block.start;
             for (runs, models) in few {
                 if self.look.early == 0.0 {
-                    forward_seen_along_curves(runs, go_on);
+                    forward_seen_along_curves(runs, &mut || go_on(None));
                 }
                 for ((model, _), (engine, _)) in models.iter().zip(runs) {
-                    let row = steady_of(model, engine, &self.look, go_on);
+                    let row = steady_of(model, engine, &self.look, &mut || go_on(Some(index)));
                     rows.push(row.map_err(|error| self.rows.error(index, &error))?);
                     index += 1;
                 }

@@ -33,14 +33,17 @@ pub(super) const NEAREST_EXPONENTS: f64 = 0.1;
 pub(super) const SHORTEST_LINE: f64 = 1e-12;
 /// So are laws of more lines than this.
 const MOST_LINES: usize = 64;
-/// Whether motions along curves go in lanes: not in a browser, whose core is small and has no sweeps over rows.
-pub(crate) const CURVES_GO: bool = cfg!(not(target_family = "wasm"));
-/// Nor do those between branches there.
-const BRANCHES_GO: bool = CURVES_GO;
+/// Whether more goes in lanes than forced motions along lines. In a browser they alone do: its core must be small, and in two
+/// lanes motions between branches or without a force take no less time.
+pub(crate) const ALL_GO: bool = cfg!(not(target_family = "wasm"));
 
 /// Whether motions of an oscillator go in lanes, many at once.
 pub fn goes_in_lanes(oscillator: &Oscillator) -> bool {
-    LaneOscillator::of(oscillator).is_some()
+    if ALL_GO {
+        LaneOscillator::of(oscillator).is_some()
+    } else {
+        goes_in_a_single_lane(oscillator)
+    }
 }
 
 /// Whether a single motion of an oscillator goes in a lane too.
@@ -106,7 +109,7 @@ impl Eligible {
             _ => return None,
         };
         let alike = std::ptr::eq(law, law.toward(-1.0));
-        let curve = law.curve().filter(|_| CURVES_GO);
+        let curve = law.curve().filter(|_| ALL_GO);
         if oscillator.resonates()
             || !alike
             || law.smooth() != curve.is_some()
@@ -120,7 +123,7 @@ impl Eligible {
         let varies = law.feels_force_rate() && forced.is_some();
         let follows = Follows::of(oscillator);
         let pieces = match follows {
-            Follows::Branches => Some(Vec::new()).filter(|_| BRANCHES_GO),
+            Follows::Branches => Some(Vec::new()).filter(|_| ALL_GO),
             _ => lines_of(law, static_limit),
         }?;
         let growth = match law.exponential_growth(forced.is_none().then_some(k * s)) {
