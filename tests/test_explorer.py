@@ -265,7 +265,7 @@ def test_an_orbit_diagram_is_that_of_the_package_to_the_bit(module):
         "values": values.tolist(),
         "look": look,
     }
-    # From value to value, as the page goes: fresh starts go in lanes, which have other bits.
+    # From value to value, as the page goes: fresh starts go in lanes in the package, which have other bits.
     words, numbers = module.ask(STEADY, {**question, "chain": True, "patience": 10**6})
     diagram = ss.orbit_diagram(system, "drive_velocity", values, direction="up", periods=100, keep=40, points=24)
     regimes, at = [], 0
@@ -278,6 +278,29 @@ def test_an_orbit_diagram_is_that_of_the_package_to_the_bit(module):
         at += 10 + 2 * int(section) + int(turns)
     assert regimes == diagram["regime"].values.tolist()
     assert at == len(numbers)
+
+
+@pytest.mark.parametrize("name", ["StaticKinetic", "PiecewiseLinear"])
+def test_a_map_in_lanes_is_that_of_the_package_to_the_bit(module, name):
+    system = ss.Oscillator(0.05, 0.3, Law.ALL[name].example(), forcing=ss.Harmonic(0.5, 0.7))
+    amplitudes, frequencies = np.meshgrid(np.linspace(0.02, 1.6, 11), np.linspace(0.3, 2.3, 9))
+    values = np.column_stack([amplitudes.ravel(), frequencies.ravel()]).ravel()
+    names = ["forcing.0.amplitude", "forcing.0.frequency"]
+    look = {"transient": 60.0, "window": 40.0, "tolerance": 1e-6, "surface": None, "points": 24, "max_events": 10**6}
+    question = {"system": json.loads(system.to_json()), "names": names, "values": values.tolist(), "look": look}
+    _, numbers = module.ask(STEADY, {**question, "patience": 1000})
+    table = _core.sweep(system.to_json(), names, values, json.dumps(look), False, None, None, None)
+    whole = [table[name] for name in ("regime", "period", "chaos", "stuck_share", "x_min", "x_max", "period_time")]
+    at = 0
+    for row, sought in enumerate(np.column_stack(whole)):
+        section, turns = (int(count) for count in numbers[at + 8 : at + 10])
+        assert same_bits(numbers[at : at + 7], sought), STALE
+        assert same_bits(numbers[at + 10 : at + 10 + 2 * section : 2], table["section_x"][row][:section]), STALE
+        at += 10 + 2 * section + turns
+    assert at == len(numbers)
+    # Who has no patience gets an answer too.
+    words, numbers = module.ask(STEADY, {**question, "patience": 1})
+    assert words["regimes"][int(numbers[0])] == "unfinished"
 
 
 def test_the_largest_exponent_is_that_of_the_package(module):
