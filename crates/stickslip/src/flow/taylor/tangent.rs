@@ -342,10 +342,13 @@ impl Tangent {
             let drive = later(self.clock, &along.motion.drive[c], order);
             self.u[c][order] = slip(frame, force_line, c, drive, |i| self.v[i][order]);
             for (lane, given) in along.given {
-                // The law has answered for these in what is given.
-                for k in 0..=order {
-                    self.u[c][k][*lane] += force_line.sign() * given.drive[c][k];
-                    self.force[c][k][*lane] += given.force[c][k];
+                // The law has answered for these in what is given. A force has no coefficient of the last order: what would be
+                // added to it would stay there for all expansions to come.
+                for (own, drive) in self.u[c][..=order].iter_mut().zip(&given.drive[c]) {
+                    own[*lane] += force_line.sign() * drive;
+                }
+                for (own, force) in self.force[c][..order].iter_mut().zip(&given.force[c]) {
+                    own[*lane] += force;
                 }
             }
         }
