@@ -481,3 +481,17 @@ def test_a_stop_keeps_the_sign_of_its_stiffness_and_may_stand_at_rest() -> None:
 def test_the_first_force_needs_no_number_in_its_name() -> None:
     oscillator = ss.Oscillator(0.1, 0.2, ss.laws.Coulomb(0.5), forcing=ss.Harmonic(0.3, 1.1))
     assert oscillator.with_number("forcing.frequency", 1.2) == oscillator.with_number("forcing.0.frequency", 1.2)
+
+
+def test_a_stick_under_a_load_that_follows_the_motion_does_not_grow_what_slip_left_in_a_derivative():
+    def pair(kinetic: float) -> ss.System:
+        law = ss.laws.ExponentialStribeck(0.85, kinetic, 0.3, 0.1)
+        load = ss.NormalForce(1.2, position=-0.15)
+        return ss.System(
+            [1.0, 1.3], [[1.5, -0.5], [-0.5, 1.2]], 0.1, (ss.Contact(1, law, 0.43, other=0, normal_force=load),)
+        )
+
+    found = ss.sensitivities(ss.simulate(pair(0.5), 14.0), ["contacts.0.law.kinetic"])["t"].to_numpy().ravel()
+    more, less = (ss.simulate(pair(0.5 + step), 14.0).events.t.to_numpy() for step in (1e-6, -1e-6))
+    assert found.size == 6
+    np.testing.assert_allclose(found, (more - less) / 2e-6, rtol=1e-6)

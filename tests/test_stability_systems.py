@@ -135,6 +135,21 @@ def test_exponents_of_two_slipping_masses_are_their_eigenvalues(damping: float) 
     assert spectrum.exponents == pytest.approx(rates_of([1.0, 2.0], damping, stiffness), abs=6e-3)
 
 
+def test_exponents_of_masses_that_do_not_know_of_each_other_are_those_of_each():
+    stuck, forced = ss.Contact(0, ss.laws.Coulomb(3.0), 0.0), ss.Contact(1, ss.laws.StaticKinetic(0.4, 0.3), 0.0)
+    pair = ss.System([1.0, 1.0], [1.0, 1.0], 0.1, (stuck, forced), ss.Force(0.6, 0.9, mass=1))
+    zero, *pull, lost = ss.lyapunov(pair, 2000.0).exponents
+    alone = ss.lyapunov(ss.Oscillator(0.1, 0.0, forced.law, forcing=ss.Harmonic(0.6, 0.9)), 2000.0).exponents
+    assert abs(zero) < 1e-12
+    assert lost == -math.inf
+    assert pull == pytest.approx(alone, rel=2e-3)
+    # One in stick-slip, of which only a shift in time stays, and one that rests where it was put.
+    belt = ss.Contact(0, ss.laws.StaticKinetic(1.0, 0.5), 0.3)
+    rests = ss.Contact(1, ss.laws.Coulomb(3.0), 0.0)
+    found = ss.lyapunov(ss.System([1.0, 1.0], [1.0, 1.0], 0.1, (belt, rests)), 300.0).exponents
+    assert found == pytest.approx([0.0, 0.0, -math.inf, -math.inf], abs=1e-12)
+
+
 @pytest.mark.parametrize("damping", [3.0, 40.0])
 def test_heavy_damping_forgets_fast_but_not_at_once(damping: float) -> None:
     system = ss.Oscillator(damping, 5.0, ss.laws.Coulomb(1.0), forcing=ss.Harmonic(0.3, 1.0))

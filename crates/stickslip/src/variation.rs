@@ -23,8 +23,8 @@ mod state;
 mod varied;
 
 pub use boundary::{Boundary, Test};
-pub(crate) use state::contact_of;
 pub use state::{CONTACT, ContactMode, Ending, Flags, Layout, Phase, State};
+pub(crate) use state::{STICK_TIME, contact_of};
 pub use varied::Varied;
 
 use saltation::PhaseEnd;

@@ -10,12 +10,15 @@ use std::iter::repeat_n;
 use crate::elementary::{ln, power};
 use crate::error::{Error, wrong};
 use crate::event_sequence::{self as of_oscillator, EventSequence};
+use crate::law::{Friction, Law, Rest};
 use crate::matrix::filled;
 use crate::model::Model;
 use crate::network::{self, sequence as of_system};
 use crate::simulate::{Run, Stop};
 use crate::system::System;
-use crate::variation::{ContactMode, Ending, Followed, Keep, Layout, Phase, State, Varied, follow};
+use crate::variation::{
+    ContactMode, Ending, Followed, Keep, Layout, Phase, STICK_TIME, State, Varied, follow,
+};
 
 /// Natural periods of a part of the motion: each is run from the end of the one before, so that a chaotic motion and its
 /// derivative do not part.
@@ -91,11 +94,15 @@ pub fn spectrum(
     };
     let (autonomous, natural) = (model.forcing_frequency().is_none(), model.natural_period());
     let begin = transient.min(MOST_TRANSIENT) * run.t_end;
+    let layout = Layout::of(&system);
+    let laws = system.contacts.iter().map(|contact| &contact.law).enumerate();
+    let timeless = laws.filter(|(_, law)| !feels_stick_time(law, natural));
+    let unread = timeless.map(|(c, _)| layout.contact(c) + STICK_TIME);
     let mut motion = Motion {
         model,
+        unread: autonomous.then_some(0).into_iter().chain(unread).collect(),
         varied: Varied::new(&system, &serde_json::Value::Null, &[])?,
-        layout: Layout::of(&system),
-        autonomous,
+        layout,
         natural,
         end: run.t_end,
         // What follows the last event of a run of the most events is not known.
@@ -158,6 +165,20 @@ pub fn spectrum(
     Ok(rest.found)
 }
 
+/// Whether static friction depends on how long a contact has stuck.
+fn feels_stick_time(law: &Law, natural: f64) -> bool {
+    let limit = |law: &Law, time: f64, rate: f64| law.static_limit(Rest::new(time, rate));
+    [1.0, -1.0].into_iter().any(|direction| {
+        let law = law.toward(direction);
+        let later = [1e-3, 1.0, 1e3].map(|share| share * natural);
+        [0.0, 1.0].into_iter().any(|rate| {
+            later
+                .iter()
+                .any(|&time| limit(law, time, rate) != limit(law, 0.0, rate))
+        })
+    })
+}
+
 fn ended<T>(stop: Stop) -> Result<T, Error> {
     let stop = stop.name();
     let advice = "choose another start or a shorter t_end";
@@ -177,7 +198,8 @@ struct Motion<'a> {
     model: &'a Model,
     varied: Varied,
     layout: Layout,
-    autonomous: bool,
+    /// Numbers of a state that nothing reads, such as the clock of a motion that nothing forces: they are no directions.
+    unread: Vec<usize>,
     natural: f64,
     end: f64,
     most: u64,
@@ -328,8 +350,7 @@ impl Directions {
         let mut moved = vec![0.0; width * count];
         let rates = part.followed.rates[index * width * columns..].chunks_exact(columns);
         let rows = rates.zip(moved.chunks_exact_mut(count)).enumerate();
-        // A clock that nothing reads is no direction.
-        for (number, (rates, sums)) in rows.skip(usize::from(motion.autonomous)) {
+        for (number, (rates, sums)) in rows.filter(|(number, _)| !motion.unread.contains(number)) {
             for (by, rate) in filled(&rates[..width]) {
                 let rate = rate * self.units[by] / self.units[number];
                 for (sum, along) in sums.iter_mut().zip(&self.basis[by * count..]) {

@@ -11,7 +11,7 @@ pub const CONTACT: usize = 10;
 /// Where among them the ends of the line and the time of adhesion stand.
 pub(super) const LOW: usize = 2;
 pub(super) const HIGH: usize = 3;
-pub(super) const STICK_TIME: usize = 9;
+pub(crate) const STICK_TIME: usize = 9;
 
 /// What a contact does along a phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
