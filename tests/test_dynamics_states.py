@@ -182,6 +182,32 @@ def test_two_masses_under_lugre_have_the_orbit_multipliers_and_exponents_of_anot
     np.testing.assert_allclose(exponents, np.log(np.abs(cycle.multipliers[:3])) / cycle.period, rtol=0.1)
 
 
+def test_steady_slip_that_is_spiralled_into_is_no_cycle():
+    law = ss.laws.LuGre(100.0, 1.0, 0.1, kinetic=0.5, break_away=0.8, scale=0.1)
+    spiral = ss.Oscillator(0.0, 1.0, law)
+    with pytest.raises(ss.InputError, match="no cycle here"):
+        ss.periodic_orbit(spiral)
+    with pytest.raises(ss.InputError, match="no periodic motion to start from"):
+        ss.continuation(spiral, "drive_velocity", (0.7, 1.3), seeds=0, most=6)
+
+
+def test_a_branch_of_orbits_with_states_ends_where_they_shrink_to_steady_slip():
+    law = ss.laws.RateState(1.0, a=0.01, b=0.015, length=0.5, reference_velocity=1.0)
+    bounds = (0.6, 0.708)
+    (branch,) = ss.continuation(ss.Oscillator(0.0, 0.706, law), "drive_velocity", bounds, seeds=0, most=30).branches
+    assert branch.ends == ("point", "bounds")
+    assert branch.special_points == []
+    # Rice & Ruina 1983: steady slip swings where k = (b − a) N/L (1 + m V²/(a L N))
+    onset = np.sqrt((0.5 / 0.005 - 1) * 0.01 * 0.5)
+    assert branch.values[0] == pytest.approx(onset, abs=1e-5)
+    sizes, beyond = np.subtract(branch.x_max, branch.x_min), np.array(branch.values) - onset
+    assert sizes[0] < 1e-2
+    # small true cycles are kept, and grow with the square root of the distance
+    growth = sizes[beyond > 5e-5] / np.sqrt(beyond[beyond > 5e-5])
+    assert growth.size > 3
+    assert np.ptp(growth) < 0.05 * growth.mean()
+
+
 def test_what_has_no_cycle_is_said():
     with pytest.raises(ss.InputError, match="no cycle here"):
         ss.periodic_orbit(ss.Oscillator(0.5, 1.0, LUGRE))

@@ -6,8 +6,8 @@ import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any
+from functools import cached_property, partial
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from stickslip.dynamics.continuation.branch import Branch, SpecialPoint, both_wa
 from stickslip.dynamics.periodic.event_sequence import read, with_number
 from stickslip.dynamics.periodic.newton_iteration import Lost, newton
 from stickslip.dynamics.periodic.poincare_map import forcing_period
-from stickslip.dynamics.periodic.state_cycles import StateCycle, StateReturn, finished
+from stickslip.dynamics.periodic.state_cycles import StateCycle, StateReturn, Steady, finished
 from stickslip.dynamics.periodic.state_flow import StateFlow
 from stickslip.errors import InputError
 from stickslip.files.arrays import Array
@@ -44,6 +44,13 @@ class _Point:
     def nontrivial(self) -> NDArray[np.complex128]:
         """The multipliers but the 1 of an autonomous cycle."""
         return self.cycle.nontrivial
+
+    @cached_property
+    def shape(self) -> Array:
+        """One period around its mean, in units of the sizes."""
+        cycle = self.cycle
+        values = cycle.flow.along(cycle.start, cycle.period) / cycle.flow.sizes
+        return np.asarray((values - values.mean(axis=0)).ravel())
 
 
 #: A return, its flow, the parameter, and the derivative of what vanishes over the start, the time and the parameter.
@@ -94,8 +101,13 @@ class StateWalk:
         low, high = self.bounds
         try:
             ahead = self._stepped(point, step)
+        except Steady:
+            self._end_in_a_point(step)
         except InputError:
             raise ShorterStep(2) from None
+        # Beyond a point the curve comes back, half a period later: no fold.
+        if not point.cycle.forcing_periods and point.shape @ ahead.shape < 0:
+            self._end_in_a_point(step)
         if turns(point.direction, ahead.direction):
             raise ShorterStep(2)
         branch.special_points += self._between(point, ahead, step)
@@ -108,6 +120,12 @@ class StateWalk:
             raise CurveEnd("bounds")
         branch.add(ahead.cycle, ahead.value)
         return ahead
+
+    def _end_in_a_point(self, step: float) -> NoReturn:
+        """The cycle is a point before the end of the step: go closer first, so that the branch reaches to its end."""
+        if step >= 2 * _SMALLEST:
+            raise ShorterStep(2)
+        raise CurveEnd("point")
 
     def _predicted(self, point: _Point, step: float, value: float | None = None) -> tuple[StateCycle, float]:
         cycle, width = point.cycle, point.cycle.flow.width

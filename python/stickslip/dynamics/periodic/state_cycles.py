@@ -26,8 +26,15 @@ _REACH, _ROUNDS = 0.2, 20
 #: How near a return is to an earlier one, relative to the motion, for a guess; the first that any reaches.
 _NEAR = (1e-6, 1e-4, 1e-2, 0.1, 0.3)
 _RETURNS = 12
+#: What moves less over a period, in sizes of the variables, or than the integration's error so many times, is an equilibrium:
+#: it closes after any time.
+_POINT, _ERRORS = 1e-5, 100
 #: How many periods a run settles for, and how exact it is, as Newton's method does the rest.
 _SETTLING, _ROUGH = 30, 1e-8
+
+
+class Steady(InputError):
+    """What closes is an equilibrium and no cycle."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -192,7 +199,7 @@ def closed_state(
     Raises
     ------
     InputError
-        where it does not converge.
+        where it does not converge, or to an equilibrium.
     """
     flow, force = StateFlow(system, sizes), forcing_period(system)
 
@@ -254,7 +261,15 @@ class StateReturn:
 
 
 def finished(flow: StateFlow, here: StateReturn, forcing_periods: int, rounds: int) -> StateCycle:
-    """A closed orbit as a result."""
+    """A closed orbit as a result.
+
+    Raises
+    ------
+    Steady
+        where it is an equilibrium.
+    """
+    if not forcing_periods and _rests(flow, here):
+        raise Steady(STEADY)
     return StateCycle(
         system=flow.system,
         period=here.time,
@@ -267,6 +282,13 @@ def finished(flow: StateFlow, here: StateReturn, forcing_periods: int, rounds: i
         start=here.start,
         flow=replace(flow, path=None),
     )
+
+
+def _rests(flow: StateFlow, here: StateReturn) -> bool:
+    """Whether a motion without forcing that closes is an equilibrium within what Newton's method and the integration know."""
+    values = flow.along(here.start, here.time)
+    least = np.maximum(_POINT * flow.sizes, _ERRORS * flow.tolerance * np.abs(values).max(axis=0))
+    return bool((np.ptp(values, axis=0) < least).all())
 
 
 def sizes_of(orbit: StateOrbit, after: float = 0.0) -> Array:

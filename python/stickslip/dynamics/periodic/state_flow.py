@@ -23,6 +23,8 @@ TOLERANCE, STEP = 1e-11, 1e-7
 _MOST = 200_000
 #: The matrices of so many numbers are held at one time.
 _MOST_NUMBERS = 4_000_000
+#: At so many times a motion is looked at.
+_LOOKS = 201
 #: Gauss's method of two stages on (0, 1): nodes, weights within a step.
 _ROOT = math.sqrt(3.0) / 6
 _NODES = np.array([0.5 - _ROOT, 0.5 + _ROOT])
@@ -100,6 +102,10 @@ class StateFlow:
         if self._beside:
             columns = np.column_stack([columns, along])
         return run.end, columns * self.sizes[:, None]
+
+    def along(self, start: Array, duration: float) -> Array:
+        """The motion from t = 0 on at equal times, shape (n, w)."""
+        return np.asarray(self._run(start, 0.0, duration).solution(np.linspace(0.0, duration, _LOOKS)).T)
 
     def derivatives(self, start: Array, t: float, duration: float, fastest: float) -> tuple[Array, Iterator[Array]]:
         """Where the motion is after a duration, and the derivatives over parts of it, in units of the sizes.
