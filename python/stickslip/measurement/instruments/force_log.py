@@ -37,9 +37,12 @@ class _ForceLog(Instrument):
 def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     """Peaks of the force from which it falls by more than `least_drop`.
 
-    The slip is over between two samples of such a log, so a peak may have been missed by up to one sampling interval:
-    the break-away force is too low by up to rate * step, and its error says so. While the block sticks the spring's
-    force is the friction force.
+    A slip is over between two samples of such a log: its stick ends up to one step after the highest sample, and the next
+    one begins up to one step before the lowest. So the highest sample is too low by 0 to rate * step, by half of that on
+    average, which is added; the rest, rate * step / √12, is the standard error. Likewise a drop is too small by rate * step
+    on average, and a stick time too short by one step. `t` is left at the highest sample. Where sticks are equal, all are
+    missed alike, and `force_common` holds what a mean over them does not take out (:func:`_missed_alike`). While the block
+    sticks the spring's force is the friction force.
     """
     record = only(records, "force_log")
     time, force = record.time, record["force"]
@@ -49,6 +52,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     resolution = float(np.min(np.diff(np.unique(force)))) if len(np.unique(force)) > 1 else 0.0
     rows: list[list[float]] = []
     rates: list[float] = []
+    misses: list[float] = []
     stuck = np.zeros(len(time), dtype=bool)
     for peak in peaks:
         before = [valley for valley in valleys if 0 < valley < peak]  # at 0 the stick began before the record
@@ -63,18 +67,19 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
         rate, rate_error = straight_line(t, f)
         rates.append(rate)
         missed = max(rate, 0.0) * step if np.isfinite(rate) else 0.0
-        force_error = float(np.hypot(missed / np.sqrt(3), resolution / np.sqrt(12)))
+        force_error = float(np.hypot(missed, resolution) / np.sqrt(12))
+        misses.append(missed)
         rows.append(
             [
                 float(time[peak]),
                 step / 2,
-                float(time[peak] - time[start]) if before else float("nan"),
-                step / np.sqrt(2),
+                float(time[peak] - time[start]) + step if before else float("nan"),
+                step / np.sqrt(6),
                 rate,
                 rate_error,
-                float(force[peak]),
+                float(force[peak]) + missed / 2,
                 force_error,
-                drop,
+                drop + missed,
                 float(np.sqrt(2)) * force_error,
             ]
         )
@@ -134,7 +139,26 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
         rig=rig.toml,
         notes=notes,
         facts=facts,
+        constants={"force_common": float(np.median(misses)) * _missed_alike(np.array(rows)[:, 0], step)}
+        if rows
+        else {},
     )
+
+
+def _missed_alike(times: npt.NDArray[np.float64], step: float) -> float:
+    """Standard error, in parts of rate * step, that peaks at these times have in common.
+
+    Each is missed by a part that is uniform between 0 and 1. Only waits of different numbers of steps show that this part
+    differs from peak to peak: it counts as drawn anew as often as they do.
+
+    >>> _missed_alike(np.array([0.0, 3.0, 7.0, 9.0]), 1.0) < _missed_alike(np.array([0.0, 3.0, 6.0, 9.0]), 1.0)
+    True
+    """
+    waits = np.diff(times)
+    if not waits.size:
+        return 0.0
+    drawn = 1 + np.count_nonzero(np.abs(waits - np.median(waits)) > step / 2)
+    return math.sqrt(max(1 / drawn - 1 / len(times), 0.0) / 12)
 
 
 def _join(
