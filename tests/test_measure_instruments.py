@@ -184,6 +184,7 @@ def test_a_slow_log_adds_what_it_misses_of_each_peak(period: float) -> None:
         force = 0.3 * ((t + rng.uniform(0, 20)) % period) + 0.02 * rng.standard_normal(t.size)
         rig = {"instrument": "force_log", "least_drop": 1.0, "columns": {"time": "t", "force": "f"}}
         f = measure({"t": t, "f": force}, rig)
+        assert "force_per_decade" not in f.attrs  # the sticks are equal
         table = f["break_away"].to_dataset()
         constant = ss.identify(f).fits["constant"].parameters.iloc[0]
         means = [float(np.nanmean(table[name])) for name in ("drop", "stick_time")]

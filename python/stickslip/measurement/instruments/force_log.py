@@ -21,6 +21,9 @@ from stickslip.measurement.signals.turning_points import turning_points
 
 AS_STATED = 0.02
 """A loading rate that differs from stiffness x drive velocity by less than this part is as the rig says."""
+DISTINCT = 4
+"""Steps of the log over which the middle four fifths of the stick times must spread before a growth with them is looked for:
+sampling alone makes equal sticks differ by up to two, and a peak that is sampled later is also higher."""
 
 
 class _ForceLog(Instrument):
@@ -119,7 +122,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
         }
         both = np.isfinite(values[:, 2]) & (values[:, 2] > 0)
         logarithm = np.log10(values[both, 2])
-        if logarithm.size > 5 and np.ptp(logarithm) > 0:
+        if logarithm.size > 5 and np.subtract(*np.quantile(values[both, 2], [0.9, 0.1])) > DISTINCT * step:
             slope, error = straight_line(logarithm, values[both, 6])
             facts |= {"force_per_decade": slope, "force_per_decade_error": error}
             facts["correlation"] = float(np.corrcoef(logarithm, values[both, 6])[0, 1])
