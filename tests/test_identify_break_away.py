@@ -52,6 +52,38 @@ def test_slope_per_decade_and_its_error_are_those_of_the_textbook():
 
 
 @pytest.mark.parametrize(
+    ("force", "error", "words"),
+    [
+        (
+            [0.632, 0.648, 0.663, 0.680],
+            0.002,
+            "4 break-aways are too few .* takes 5; yet they rise by 0.032 ± 0.002 per decade",
+        ),
+        (
+            [0.632, 0.634, 0.631, 0.634],
+            0.002,
+            r"4 break-aways are too few to fit growth with stick time, which takes 5\.$",
+        ),
+        ([0.632, 0.648], 0.002, "2 break-aways are too few .* yet they rise by 0.031 ± 0.005 per decade"),
+        ([0.632, 0.680, 0.640, 0.660], 0.002, r"which takes 5\.$"),  # off any line by more than their errors
+        ([0.632, 0.648, 0.663, 0.680], np.nan, r"which takes 5\.$"),
+    ],
+)
+def test_few_break_aways_that_differ_are_not_said_to_be_equal(force, error, words):
+    rests = np.array([30.0, 100.0, 300.0, 1000.0])[: len(force)]
+    tree = friction(rests, force, np.full(len(force), np.nan))
+    errors = xr.DataArray(np.full(len(force), error), dims="event")
+    tree["break_away"] = tree["break_away"].assign(force_error=errors)
+    assert re.search(words, identify(tree).notes[0])
+
+
+def test_a_rise_along_one_loading_line_is_not_called_a_difference():
+    tree = friction([1.0, 1.1, 1.3, 1.4], [0.6, 0.7, 0.9, 1.0], np.ones(4))
+    tree["break_away"] = tree["break_away"].assign(force_error=xr.DataArray(np.full(4, 0.002), dims="event"))
+    assert "rise" not in identify(tree).notes[0]
+
+
+@pytest.mark.parametrize(
     "t",
     [
         pytest.param(None, id="none", marks=pytest.mark.long),

@@ -21,7 +21,7 @@ from stickslip.identification.law_fit import fit_law
 from stickslip.identification.records import FrictionRecord, items_of, loaded, read_records
 from stickslip.identification.result import Identification
 from stickslip.identification.selection.piece_count import choose_pieces
-from stickslip.identification.static.caveats import OF_STICK_TIME, notes_on_unlike_records
+from stickslip.identification.static.caveats import OF_STICK_TIME, notes_on_unlike_records, why_no_growth
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
 from stickslip.identification.static.rows import one_rate
 from stickslip.identification.static.static_fit import fit_static_friction
@@ -274,8 +274,9 @@ def _by_default(records: list[FrictionRecord], options: Options) -> Identificati
     """The law whose static friction has the form that the break-aways show; a simpler one where they show none."""
     break_aways = BreakAways(records)
     kinds: list[type[Law]] = [StaticKinetic, Coulomb]
-    why = "the break-aways are too few to show growth with stick time"
-    if (static := break_aways.static) is not None:
+    if (static := break_aways.static) is None:
+        why = why_no_growth(break_aways.rows)
+    else:
         why = f"static friction over stick time has the {static.chosen} form"
         if notes_on_unlike_records(static.rows, static.fits):
             why = "the records differ from any one law of stick time"

@@ -13,7 +13,7 @@ from stickslip.identification.estimator.least_squares import linear
 from stickslip.identification.estimator.residual_statistics import median_error, robust_scale
 from stickslip.identification.static.form_fit import StaticFit, choose
 from stickslip.identification.static.forms import ONSET, OWN_LEVEL
-from stickslip.identification.static.rows import FEWEST_ROWS, common_error, one_rate
+from stickslip.identification.static.rows import FEWEST_ROWS, common_error, on_loading_line, one_rate
 
 TOGETHER = 0.5
 """Correlation of stick time with time beyond which a drift may pass for growth."""
@@ -21,6 +21,8 @@ EQUAL = 0.01
 """Stick times that scatter by less than that many decades within each record are of one length."""
 CROWDED = 1.25
 """Falls within this ratio of the smallest lie at the edge of what is seen."""
+CLEARLY = 3
+"""Standard errors beyond which a few break-aways differ with stick time."""
 OF_STICK_TIME = (
     "constant",
     "logarithmic",
@@ -59,6 +61,33 @@ def notes_on_ties(rows: pd.DataFrame) -> list[str]:
             "what is given as growth with stick time may be an effect of the force rate; vary the stiffness as well."
         ]
     return []
+
+
+def why_no_growth(rows: pd.DataFrame) -> str:
+    """Why no growth with stick time is fitted to so few break-aways, and whether it is seen in them all the same.
+
+    Along a loading line a stick that happens to hold more also lasts longer: there a rise says nothing of growth.
+    """
+    count = f"{len(rows)} break-aways are" if len(rows) != 1 else "1 break-away is"
+    why = f"{count} too few to fit growth with stick time, which takes {FEWEST_ROWS}"
+    error = np.asarray(rows["force_error"], float)
+    alike = len(rows) < 2 or rows["stick_time"].max() < NARROW * rows["stick_time"].min()
+    if alike or not (error > 0).all() or (one_rate(rows) and on_loading_line(rows).any()):
+        return why
+    weight = 1 / error**2
+    decades, force = (np.asarray(part, float) for part in (np.log10(rows["stick_time"]), rows["force"]))
+    decades = decades - np.average(decades, weights=weight)
+    square = float(np.sum(weight * decades**2))
+    slope = float(np.sum(weight * decades * force)) / square
+    off = force - np.average(force, weights=weight) - slope * decades
+    wider = max(1.0, float(np.sum(weight * off**2)) / max(len(rows) - 2, 1))  # they scatter by more than they state
+    spread = math.sqrt(wider / square)
+    if abs(slope) <= CLEARLY * spread:
+        return why
+    return (
+        f"{why}; yet they {'rise' if slope > 0 else 'fall'} by {abs(slope):.2g} ± {spread:.1g}{unit_behind(rows, 'force')} "
+        "per decade of stick time, and a constant is no more than their mean"
+    )
 
 
 def notes_on_unlike_records(rows: pd.DataFrame, fits: Mapping[str, StaticFit]) -> list[str]:
