@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -191,7 +192,10 @@ def test_a_report_names_units_and_gives_numbers_in_the_digits_of_their_errors(tm
     assert f'<td class="number">{rounded(row["value"], row["error"]).partition(" ")[0]}</td>' in text
     assert "one force rate (30 N/s" in text
     agreement = compare_motion(found.records[0], found)
-    assert agreement.shown().loc["stuck share", "error"] == "–"
+    share = agreement.table.loc["slips per time", "measured"] * agreement.table.loc["mean stick time", "error"]
+    assert agreement.shown().loc["stuck share", "error"] == f"{share:.2g}"
+    unknown = replace(agreement, table=agreement.table.assign(error=np.nan)).shown()
+    assert (unknown["error"] == "–").all()
     assert (
         agreement.shown().loc["main line of velocity", "error"]
         == f"{agreement.table.loc['main line of velocity', 'error']:.2g}"

@@ -95,6 +95,38 @@ def test_a_motion_that_is_not_that_of_its_record_says_what_to_do_next(alike):
     assert "refine it" not in " ".join(compare_motion(run(0.2), alike).sentences)
 
 
+@pytest.mark.parametrize(("speed", "length"), [(0.06, 9.0), (0.01, 20.0)])
+def test_the_law_of_a_motion_is_not_rejected_for_what_all_break_aways_share(speed, length):
+    def law(break_away):
+        return ss.laws.ExponentialStribeck(break_away=break_away, kinetic=3.0, scale=0.01, viscous=4.0)
+
+    orbit = ss.simulate(
+        ss.Oscillator(mass=1.2, stiffness=600.0, damping=0.0, drive_velocity=speed, law=law(5.0)), length + 2
+    )
+    t = np.arange(0, length, 0.002)
+    force = 600 * orbit.at(2 + t)[0] + 0.02 * np.random.default_rng(0).standard_normal(t.size)
+    rig = {
+        "instrument": "spring_force",
+        "column": "f",
+        "unit": "N",
+        "time_column": "t",
+        "mass": 1.2,
+        "stiffness": 600.0,
+    }
+    friction = ss.measure({"t": t, "f": force}, rig | {"drive_velocity": speed})
+    late = friction.attrs["break_away_late"]
+    assert late > 0.005
+    found = compare_motion(friction, law(5.0))
+    assert not found.disagreements
+    error = found.table["error"]
+    assert error["mean stick time"] == pytest.approx(late, rel=0.01)
+    assert error["mean force drop"] == pytest.approx(600 * speed * late, rel=0.01)
+    assert error["stuck share"] == pytest.approx(late * found.table.loc["slips per time", "measured"], rel=0.01)
+    for off in (4.0, 6.0):  # 20 %
+        agrees = compare_motion(friction, law(off)).table["agrees"]
+        assert (agrees[["slips per time", "mean stick time", "mean force drop", "stuck share"]] == "no").all()
+
+
 def test_a_run_that_does_not_stick_is_predicted(alike):
     row = predict_motion(alike, run(1.5, damping=0.8, seed=3)).table.iloc[0]
     assert row["predicted_kind"] == "stable_slip"

@@ -50,8 +50,9 @@ class Agreement(ByContent, OfTable):
 
     Attributes
     ----------
-    table : DataFrame over the quantities compared: measured, error (standard error of the measured mean), simulated,
-        ratio (simulated over measured), unit, and whether they agree: "within two errors", "within 5 %" or "no".
+    table : DataFrame over the quantities compared: measured, error (standard error of the measured mean, with that by which
+        all break-aways of the record may be early or late together), simulated, ratio (simulated over measured), unit, and
+        whether they agree: "within two errors", "within 5 %" or "no".
     phase_distance : distance (rms) of the measured phase points from the simulated curve, in half-widths of the measured
         motion; NaN where there is no slip to compare.
     regimes : kind of motion, measured and simulated.
@@ -159,7 +160,8 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
     """Simulate with an identified law under the drive of a record, and compare the two motions.
 
     Real sticks differ from one to the next and a deterministic model's do not: means over the record, with their
-    standard errors, are laid beside the simulated ones. The phase trajectories are compared over the samples that slip,
+    standard errors, are laid beside the simulated ones. No mean takes off what all break-aways of a record share, so their
+    errors hold that too. The phase trajectories are compared over the samples that slip,
     each slip centred on its own middle as friction drifts along a track: the rms distance of the measured points from
     the simulated curve, in units of the half-widths of the measured motion.
 
@@ -202,6 +204,7 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
         read.sticks,
     )
     table = record.break_away
+    late, share_error = record.constants.get("late", 0.0), math.nan
     if len(table) >= 2:
         # Of many slips the table may have the sure ones alone.
         ends = record.time[1:][record.stuck[:-1] & ~record.stuck[1:]]
@@ -209,18 +212,30 @@ def compare_motion(friction: Any, law: Law | Identification | Oscillator) -> Agr
         rows["slips per time"] = (*_rate(times), _rate(releases["t"].to_numpy())[0])
         stick = table["stick_time"].dropna().to_numpy()
         if stick.size >= 2:
-            rows["mean stick time"] = (*_mean(stick), _mean(releases["stick_time"].to_numpy())[0])
+            mean, scatter = _mean(stick)
+            error = math.hypot(scatter, late)
+            rows["mean stick time"] = (mean, error, _mean(releases["stick_time"].to_numpy())[0])
+            share_error = error * rows["slips per time"][0]  # the share is the product of the two
             middle = float(np.median(stick))
             spread = robust_scale(stick - middle)
             if spread < 1e-9 * middle:  # times that are whole numbers of samples
                 spread = record.step / math.sqrt(12)
             scatter = 1.2533 * spread / math.sqrt(stick.size)
             simulated = float(np.median(releases["stick_time"])) if len(releases) else math.nan
-            rows["median stick time"] = (middle, scatter, simulated)
+            rows["median stick time"] = (middle, math.hypot(scatter, late), simulated)
         drop = table["drop"].dropna().to_numpy()
         if drop.size >= 2:
-            rows["mean force drop"] = (*_mean(drop), _mean(releases["drop"].dropna().to_numpy())[0])
-    rows["stuck share"] = (float(np.mean(measured_trace["stuck"])), math.nan, float(np.mean(simulated_trace["stuck"])))
+            mean, error = _mean(drop)
+            # The drive loads a stick that late, also where what creeps rises more slowly.
+            error = math.hypot(
+                error, system.stiffness * system.drive_velocity * late, record.constants.get("common", 0.0)
+            )
+            rows["mean force drop"] = (mean, error, _mean(releases["drop"].dropna().to_numpy())[0])
+    rows["stuck share"] = (
+        float(np.mean(measured_trace["stuck"])),
+        share_error,
+        float(np.mean(simulated_trace["stuck"])),
+    )
     spring = measured_trace["spring"].to_numpy()
     rows["mean spring force"] = (*_mean(spring), float(np.mean(simulated_trace["spring"])))
     # Of the velocity: in the acceleration of these motions the second harmonic is about as strong as the first.
