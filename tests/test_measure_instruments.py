@@ -8,7 +8,7 @@ import xarray as xr
 from real_records import RIGS, measured
 
 import stickslip as ss
-from stickslip.measurement import INSTRUMENTS, facts, load_rig, measure
+from stickslip.measurement import INSTRUMENTS, facts, load_rig, measure, summary
 
 KIP = 4448.2216
 RPM = np.pi / 30
@@ -438,13 +438,14 @@ def test_a_list_of_slips_whose_force_rises_is_refused() -> None:
         ss.measure(record, {"instrument": "event_list", "columns": columns})
 
 
-def decay(kinetic: float, viscous: float, scale: float = 1.0) -> dict[str, np.ndarray]:
+def decay(kinetic: float, viscous: float, scale: float = 1.0, quadratic: float = 0.0) -> dict[str, np.ndarray]:
     """A pendulum of m g l = 0.2 N m and I = 0.005 kg m^2 that swings out from 1.5 rad, by steps of Runge and Kutta."""
     step, inner = 0.01, 10
     state, rows = np.array([1.5, 0.0]), []
 
     def rate(s: np.ndarray) -> np.ndarray:
-        return np.array([s[1], (-0.2 * np.sin(s[0]) - kinetic * np.sign(s[1]) - viscous * s[1]) / 0.005])
+        friction = np.sign(s[1]) * (kinetic + quadratic * s[1] ** 2) + viscous * s[1]
+        return np.array([s[1], (-0.2 * np.sin(s[0]) - friction) / 0.005])
 
     for _ in range(1500):
         rows.append(state[0])
@@ -469,6 +470,19 @@ def test_a_decay_says_whether_its_loss_is_told_from_zero(kinetic: float, words: 
     told = next(note for note in found.attrs["notes"] if "it tends to" in note)
     assert told.endswith(words)
     assert abs(found.attrs["force"] - kinetic) < 2 * found.attrs["force_error"] + 1e-4
+
+
+def test_a_decay_tells_the_drag_of_its_model_in_units_of_a_torque() -> None:
+    found = ss.measure(decay(1e-3, 0.0, quadratic=2e-4), DECAY)
+    assert found.attrs["model"] == "Coulomb + quadratic drag"
+    told = summary(found)
+    assert "viscous" not in told
+    assert told["quadratic"].endswith(" N m s^2/rad^2")
+    assert told["force"].endswith(" N m")
+    assert told["greatest_torque"].endswith(" N m")
+    viscous = ss.measure(decay(1e-3, 1e-3), DECAY)
+    assert summary(viscous)["viscous"].endswith(" N m s/rad")
+    assert "quadratic" not in viscous.attrs
 
 
 def test_swings_beyond_half_a_turn_ask_for_the_unit() -> None:

@@ -17,6 +17,7 @@ DIMENSIONS = {
     "time^-1": r"main_line|cutoff|\w+_cutoff",
     "force time^-1": r"force_rate",
     "force velocity^-1": r"viscous|damping",
+    "force velocity^-2": r"quadratic",
     "stiffness": r"(spring_)?stiffness",
     "force time^2 length^-1": r"(fitted_|subtracted_)?(mass|inertia)",
 }

@@ -10,7 +10,7 @@ from stickslip.errors import InputError
 from stickslip.files.arrays import Array
 from stickslip.files.schema import positive
 from stickslip.measurement.instruments.instrument import Constant, Instrument, InstrumentRig, Samples, only
-from stickslip.measurement.result import friction_tree
+from stickslip.measurement.result import event_table, friction_tree
 from stickslip.measurement.signals.smooth import Smooth, jerk_spline
 
 MODELS = {
@@ -19,6 +19,8 @@ MODELS = {
     "Coulomb + viscous + quadratic drag": (0, 1, 2),
 }
 """What dissipates, as powers of the speed."""
+NAMES = ("force", "viscous", "quadratic")
+"""What the coefficient of each power is called among the facts."""
 
 
 def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
@@ -96,7 +98,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     )
     return friction_tree(
         series={},
-        tables={"steady": steady, "cycle": cycles},
+        tables={"break_away": event_table([], "N m"), "steady": steady, "cycle": cycles},
         source=record.source,
         rig=rig.toml,
         notes=notes,
@@ -104,7 +106,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
             "force": coulomb,
             "force_error": coulomb_error,
             "model": best,
-            "viscous": float(fits["Coulomb + viscous"][0][1]),
+            **{NAMES[power]: value for power, value in zip(MODELS[best], values, strict=True) if power},
             "least_torque": float(np.min(torque)),
             "greatest_torque": float(np.max(torque)),
             "restoring_torque": restoring,
