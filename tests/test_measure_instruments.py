@@ -485,6 +485,12 @@ def test_a_decay_tells_the_drag_of_its_model_in_units_of_a_torque() -> None:
     assert "quadratic" not in viscous.attrs
 
 
+def test_the_drag_of_a_decay_is_found_from_means_over_swings() -> None:
+    found = ss.identify(ss.measure(decay(1e-3, 0.0, quadratic=2e-4), DECAY)).parameters.loc["quadratic"]
+    assert found["low"] < 2e-4 < found["high"]
+    assert found["value"] == pytest.approx(2e-4, rel=0.01)  # <w^2> is 8 % more than <|w|>^2
+
+
 def test_swings_beyond_half_a_turn_ask_for_the_unit() -> None:
     record = decay(3e-3, 2e-4, scale=180 / np.pi)
     with pytest.raises(ss.InputError, match=r"larger than half a turn, .* is the angle in degrees\?"):

@@ -29,6 +29,9 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     The energy of a full cycle over its path is tau_c + c <|v|> + q <v^2>, means over the path. Which of the terms with
     speed is at work a decay hardly tells, so three models are fitted: the value is that of the one that fits best with
     no negative coefficient, and the error covers the Coulomb torques of all of them.
+
+    A mean of w^2 is more than the square of the mean of w. So that the rows of the table `steady` lie on the curve of torque
+    over speed, what the drag of that model has of it is taken off the mean torque of each cycle.
     """
     record = only(records, "free_decay")
     restoring = rig.maybe("restoring_torque")
@@ -73,6 +76,9 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     coulomb_error = float(np.hypot(errors[0], spread))
     others = "; ".join(f"{name}: {fit[0][0]:.2e} N m (rms {fit[2]:.1e})" for name, fit in fits.items())
     notes.append(f"Coulomb torque by model: {others}; {best} is used and the error covers them all")
+    powers = MODELS[best]
+    drag, drag_error = (column[powers.index(2)] if 2 in powers else 0.0 for column in (values, errors))
+    curved = speed[1] - speed[0] ** 2
     amplitude = np.abs(swing[:-2])
     loss = amplitude - np.abs(swing[2:])
     tends, tends_error = 4 * coulomb / restoring, 4 * coulomb_error / restoring
@@ -92,8 +98,8 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
     steady = xr.Dataset(
         {
             "slip_velocity": ("row", speed[0], {"units": "rad/s"}),
-            "force": ("row", torque, {"units": "N m"}),
-            "force_error": ("row", np.full(len(torque), rms), {"units": "N m"}),
+            "force": ("row", torque - drag * curved, {"units": "N m"}),
+            "force_error": ("row", np.hypot(rms, drag_error * curved), {"units": "N m"}),
         }
     )
     return friction_tree(
@@ -106,7 +112,7 @@ def _measure(records: list[Samples], rig: InstrumentRig) -> xr.DataTree:
             "force": coulomb,
             "force_error": coulomb_error,
             "model": best,
-            **{NAMES[power]: value for power, value in zip(MODELS[best], values, strict=True) if power},
+            **{NAMES[power]: value for power, value in zip(powers, values, strict=True) if power},
             "least_torque": float(np.min(torque)),
             "greatest_torque": float(np.max(torque)),
             "restoring_torque": restoring,
