@@ -105,3 +105,17 @@ def test_a_force_without_its_sign_is_named():
     assert not notes(arrays(F=FORCE + 40), rig(), "without its sign")
     asymmetric = np.where(SPEED > 0, FORCE, 0.6 * FORCE)
     assert not notes(arrays(F=asymmetric), rig(), "without its sign")
+
+
+@pytest.mark.parametrize(("mass", "stiffness", "speed", "short"), [(1.2, 600, 0.05, False), (1200, 0.6, 50, True)])
+def test_a_record_of_less_than_a_free_period_shows_no_steady_slip(mass, stiffness, speed, short) -> None:
+    law = ss.laws.StaticKinetic(break_away=6.0, kinetic=4.0)
+    orbit = ss.simulate(ss.Oscillator(mass=1.2, stiffness=600, damping=0.5, drive_velocity=0.05, law=law), 10)
+    t = np.arange(0, 3, 0.002)
+    x = orbit.to_xarray(5 + t)["x"].to_numpy() + 1e-5 * np.random.default_rng(0).standard_normal(t.size)
+    rig = {"instrument": "spring_force", "column": "f", "unit": "N"}
+    rig |= {"mass": mass, "stiffness": stiffness, "drive_velocity": speed}
+    friction = ss.measure({"t": t, "f": 600 * x}, rig)
+    assert friction.attrs["regime"] == ("unknown" if short else "stick_slip")
+    words = "the record of 3 s is 1.1 % of the free period of 281 s of this rig"
+    assert (words in " ".join(friction.attrs["notes"])) == short

@@ -73,12 +73,12 @@ class Regime(NamedTuple):
     ----------
     kind : a word of `stickslip.simulation.regime_names`, or ``"unknown"``.
     doubt : of an unknown kind: ``"noise"`` hides short sticks; or ``"no sticks"`` are seen, and it is slow for as long as in
-        stick-slip; or it is slow for about as long as the ``"limit"`` between the kinds; or friction ``"drives"`` it, which
-        is told where it was found. Else ``""``.
+        stick-slip; or it is slow for about as long as the ``"limit"`` between the kinds; or friction ``"drives"`` it, or the
+        record is ``"short"``er than a free period, which are told where they were found. Else ``""``.
     """
 
     kind: str
-    doubt: Literal["", "noise", "no sticks", "limit", "drives"] = ""
+    doubt: Literal["", "noise", "no sticks", "limit", "drives", "short"] = ""
 
 
 def regime(

@@ -40,6 +40,7 @@ from stickslip.measurement.indirect.record_against_rig import (
     notes_on_inertia,
     notes_on_overtaking,
     notes_on_stated_noise,
+    shorter_than_a_period,
 )
 from stickslip.measurement.indirect.sticks.creeping_sticks import creep_delay
 from stickslip.measurement.indirect.sticks.resting_sticks import BLUR
@@ -137,8 +138,10 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
     friction, sticks, slow, found = fit_draft(draft)
     # on one mass of several the others pull as well
     driving = driving_friction(friction, units) if alone else ""
-    if driving:
-        found = Regime("unknown", "drives")
+    # what swings, sticks or rests is seen to, however short the record
+    short = shorter_than_a_period(record, o, units) if found.kind == "stable_slip" else ""
+    if driving or short:
+        found = Regime("unknown", "drives" if driving else "short")
     if found.kind != "stick_slip" and (sticks or draft is not stated):
         # What is not surely stick-slip has no sticks, and so nothing by which to correct the rig.
         why = [] if draft is not stated else why
@@ -185,10 +188,13 @@ def measure_indirectly(record: Record, rig: Rig, alone: bool = True) -> Measured
         if not levels.size or o.drive_velocity * late > FELT * float(np.std(levels)):
             friction = friction.with_late_error(late)
     cycles, per_period = len(flanks.limits), natural_period(o) / record.step
-    notes += [driving] if driving else regime_notes(found, slow, stated.blur, resting, len(sticks), cycles, per_period)
+    if driving or short:
+        notes.append(driving or short)
+    else:
+        notes += regime_notes(found, slow, stated.blur, resting, len(sticks), cycles, per_period)
     line = draft.line(friction.slip_acceleration)
-    # the pull of other masses has its own lines; of steady slip there is noise
-    if alone and found.kind not in ("stable_slip", "at_rest"):
+    # the pull of other masses has its own lines; of steady slip, and of less than a period, there is noise
+    if alone and not short and found.kind not in ("stable_slip", "at_rest"):
         notes += notes_on_inertia(friction, rig, slow, line)
     ends = np.array([stick.end for stick in sticks])
     if found.kind == "stick_slip" and ends.size >= 3:

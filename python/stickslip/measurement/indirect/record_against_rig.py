@@ -93,6 +93,19 @@ def notes_on_overtaking(friction: Friction, rate_error: float) -> list[str]:
     ]
 
 
+def shorter_than_a_period(record: Record, oscillator: OscillatorConstants, units: RigUnits) -> str:
+    """What is said of a record too short for the free mass of the rig to swing once, as with a mass in g; else nothing."""
+    lasts, period = float(record.time[-1] - record.time[0]), natural_period(oscillator)
+    if lasts >= period:
+        return ""
+    time = unit_suffix(units.time)
+    return (
+        f"the kind of motion cannot be determined: the record of {lasts:.3g}{time} is {100 * lasts / period:.2g} % of the "
+        f"free period of {period:.3g}{time} of this rig; no sticks were taken: check the units of mass and stiffness, or "
+        "give a longer record"
+    )
+
+
 def driving_friction(friction: Friction, units: RigUnits) -> str:
     """What is said of friction that drives the slip, as of a force or a position with the wrong sign; else nothing.
 
