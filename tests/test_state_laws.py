@@ -275,6 +275,31 @@ def test_a_long_run_that_spends_its_evaluations_is_kept():
     assert abs(short.at(50.0)[0] - whole.at(50.0)[0]) < 1e-6
 
 
+@pytest.mark.parametrize("start", [0.1, 2.0])
+@pytest.mark.parametrize(
+    "law",
+    [
+        ss.laws.LuGre(100.0, 1.0, 0.1, kinetic=0.5, break_away=0.8, scale=0.1),
+        ss.laws.Regularised(ss.laws.Coulomb(0.5), 1e-2),
+    ],
+    ids=lambda law: type(law).__name__,
+)
+def test_a_mass_at_rest_on_a_drive_that_stands_still_is_at_rest(law, start):
+    slider = ss.Oscillator(0.05, 0.0, law)
+    orbit = ss.simulate(slider, 2000.0, x0=start)
+    assert orbit.regime() == "at_rest"
+    if law.has_state:
+        # from where it rests there is not even a way to rest; a smooth sign only creeps on towards x = 0
+        x, v = orbit.at(2000.0)
+        assert ss.integrate(slider, 100.0, x, v, state=orbit.state(2000.0)).regime() == "at_rest"
+
+
+def test_a_mass_that_a_force_shakes_is_not_at_rest():
+    law = ss.laws.LuGre(100.0, 1.0, 0.1, kinetic=0.5, break_away=0.8, scale=0.1)
+    shaken = ss.Oscillator(0.05, 0.0, law, forcing=ss.Harmonic(0.1, 0.7))
+    assert ss.simulate(shaken, 200.0, x0=2.0).regime() != "at_rest"
+
+
 def test_the_regime_of_a_long_creep_costs_no_more_than_its_integration():
     # 10 000 natural periods of creep would be two million looks, but the integration takes some thousand steps.
     slider = ss.Oscillator(0.1, 1e-4, ss.laws.LuGre(1e3, 3.0, 0.0, 0.5, 1.0, 0.1))

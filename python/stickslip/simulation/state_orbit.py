@@ -249,17 +249,29 @@ class StateOrbit(Orbit):
         parts = np.clip(np.ceil(np.diff(steps) * (200 / self.system.natural_period)), 1, 16)
         return np.unique(np.interp(np.arange(parts.sum() + 1), np.append(0.0, np.cumsum(parts)), steps))
 
+    @cached_property
+    def _pace(self) -> float:
+        """The greatest speed of a mass in the whole run, or 1e-4 of that of a swing so far, if that is more."""
+        t = np.asarray(self._solution.ts)
+        y = self.variables(t)
+        fastest = np.abs(self._right_hand_side.states(t, y.ravel())[0]).max()
+        far = np.abs(y[:, : self.system.masses]).max()
+        return float(max(fastest, 1e-4 * far * 2 * np.pi / self.system.natural_period))
+
     def _samples(self, after: float, contact: int) -> _core.Samples:
         """The motion of a contact's mass for the observers of the core.
 
-        At rest: slip never faster than 1e-6 of the fastest mass; sticking: `stuck` for more than 1 % of the time.
+        At rest: slip never faster than 1e-6 of the fastest mass, or of the pace of the whole run where no drive moves
+        and masses at rest leave nothing to compare with; sticking: `stuck` for more than 1 % of the time.
         """
         t = self._looked_at(after)
         values = {name: column.reshape(t.size, -1) for name, column in self._columns(t).items()}
         y = self.variables(t)
         slip = self._right_hand_side.states(t, y.ravel())[4].reshape(t.size, -1)[:, contact]
         w, stuck = values["slip_velocity"][:, contact], values["stuck"][:, contact]
-        if np.abs(w).max() <= 1e-6 * np.abs(values["v"]).max():
+        stands = all(one.drive_velocity == 0 for one in self.system.contacts)
+        fastest = max(np.abs(values["v"]).max(), self._pace if stands else 0.0)
+        if np.abs(w).max() <= 1e-6 * fastest:
             stuck = np.full(t.size, True)
         elif not np.diff(t) @ stuck[1:] > 0.01 * (t[-1] - t[0]):
             stuck = np.full(t.size, False)
