@@ -74,14 +74,13 @@ def why_no_growth(rows: pd.DataFrame) -> str:
     alike = len(rows) < 2 or rows["stick_time"].max() < NARROW * rows["stick_time"].min()
     if alike or not (error > 0).all() or (one_rate(rows) and on_loading_line(rows).any()):
         return why
-    weight = 1 / error**2
-    decades, force = (np.asarray(part, float) for part in (np.log10(rows["stick_time"]), rows["force"]))
-    decades = decades - np.average(decades, weights=weight)
-    square = float(np.sum(weight * decades**2))
-    slope = float(np.sum(weight * decades * force)) / square
-    off = force - np.average(force, weights=weight) - slope * decades
-    wider = max(1.0, float(np.sum(weight * off**2)) / max(len(rows) - 2, 1))  # they scatter by more than they state
-    spread = math.sqrt(wider / square)
+    force, decades = (np.asarray(part, float) for part in (rows["force"], np.log10(rows["stick_time"])))
+    decades = decades - np.average(decades, weights=1 / error**2)
+    columns = np.column_stack([np.ones(len(rows)), decades])
+    numbers = linear(columns, force, error)
+    off = (force - columns @ numbers) / error
+    wider = max(1.0, float(off @ off) / max(len(rows) - 2, 1))  # they scatter by more than they state
+    slope, spread = float(numbers[1]), math.sqrt(wider) / float(np.linalg.norm(decades / error))
     if abs(slope) <= CLEARLY * spread:
         return why
     return (
